@@ -4,7 +4,7 @@
 //! handle; pointers are checked for NULL and may be unaligned. The caller guarantees that they
 //! point to memory of the stated type and length, which is the only condition that cannot be
 //! checked here.
-#![expect(unsafe_code, reason = "pointers of C are followed here, and nowhere else")]
+#![expect(unsafe_code, reason = "pointers of C are followed here and in `pointers`, and nowhere else")]
 
 use std::ffi::{CString, c_char};
 use std::panic::{AssertUnwindSafe, catch_unwind};

@@ -80,10 +80,10 @@ fn unsafe_code_is_the_board_s_and_the_boundary_s_to_c() {
             text.lines().filter(|l| l.contains("unsafe {") || l.contains("unsafe impl") || l.contains("unsafe fn")).count();
         let reasons = text.matches("// SAFETY:").count();
         let of_board = path.starts_with(source.join("board"));
-        let of_boundary = path == bindings.join("ffi.rs");
+        let of_boundary = ["ffi.rs", "pointers.rs"].map(|file| bindings.join(file)).contains(&path);
         if of_boundary {
             let blocks = text.matches("unsafe {").count();
-            assert!(blocks > 10 && reasons >= blocks, "{}: {blocks} blocks, {reasons} reasons", path.display());
+            assert!(blocks > 4 && reasons >= blocks, "{}: {blocks} blocks, {reasons} reasons", path.display());
             let functions = text.matches("unsafe fn ").count() + text.matches("unsafe extern \"C\" fn ").count();
             assert_eq!(text.matches("/// # Safety").count(), functions, "{}", path.display());
         }
@@ -101,6 +101,6 @@ fn unsafe_code_is_the_board_s_and_the_boundary_s_to_c() {
             assert!(reasons + handlers >= uses, "{}: {uses} uses, {reasons} reasons", path.display());
         }
     }
-    assert_eq!(bad, [""; 0], "unsafe outside of board/ and ffi.rs");
+    assert_eq!(bad, [""; 0], "unsafe outside of board/ and of the boundary to C");
     assert!(read > 25 && blocks > 10, "{read} files, {blocks} blocks: nothing was looked at");
 }
