@@ -75,6 +75,11 @@ const LAGS: f32 = 3.0;
 /// of 55 to 80 um varies by 40 to 150 N/s. With 100, a hand on counts of 80 um loses its force.
 const VARIATION_N_PER_S: f32 = 150.0;
 
+/// Most missed periods that are charged.
+/// Source: derived; the watchdog of a board ends the force after 4.5 of them, so that a longer gap
+/// is charged as twice that.
+const MOST_MISSED: u16 = 9;
+
 /// Settings of the account.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AccountSettings {
@@ -475,6 +480,16 @@ impl EnergyAccount {
         self.idle_ticks = if idle { self.idle_ticks.saturating_add(1) } else { 0 };
     }
 
+    /// Charges periods that passed without a tick, in which the device held the last force.
+    /// `touched` tells whether the patch was touched before them.
+    #[inline]
+    pub fn missed(&mut self, periods: u16, touched: bool) {
+        for _ in 0..periods.min(MOST_MISSED) {
+            self.charge(None, touched);
+            self.sent(self.sent_n(1));
+        }
+    }
+
     /// Energy at the hand.
     #[must_use]
     pub fn energy(&self) -> Energy {
@@ -484,11 +499,6 @@ impl EnergyAccount {
 
 impl Monitor for EnergyAccount {
     fn judge(&mut self, seen: &Seen) -> Result<(), Fault> {
-        if seen.late {
-            // the device held the last force for a period in which nothing was read
-            self.charge(None, seen.was_touched);
-            self.sent(self.sent_n(1));
-        }
         self.charge(if seen.held { None } else { Some(seen.position_m) }, seen.was_touched);
         // further below zero than any motion of a hand: the device is not what its profile says
         if self.balance_j < -self.bound.at_once_j { Err(Fault::EnergyCreated) } else { Ok(()) }

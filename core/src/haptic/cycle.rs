@@ -194,6 +194,8 @@ impl Cycle {
         self.ticks = self.ticks.wrapping_add(1);
         self.machine.count();
         let mut record = Telemetry::begin(self.ticks, self.mode(), command);
+        // before anything can fail
+        self.account.missed(command.late_ticks, self.touched);
         match self.answer(device, renderer, command, &mut record) {
             Ok(force_n) => record.applied_n = force_n,
             Err(fault) => self.fail(fault),
@@ -245,7 +247,6 @@ impl Cycle {
             position_m: pose.position_m,
             displacement_m,
             held: pose.held,
-            late,
             per_s,
             shown_m,
             velocity_m_per_s: self.damping.velocity_m_per_s(),

@@ -22,8 +22,6 @@ pub struct Seen<'a> {
     pub displacement_m: Vector3<f32>,
     /// Whether `position_m` is an older reading, because the newest one is missing or a glitch.
     pub held: bool,
-    /// Whether the period of the last force was missed, so that it acted for two.
-    pub late: bool,
     /// One over the time since the last tick [1/s].
     pub per_s: f32,
     /// Position that the renderer was shown [m].
@@ -57,7 +55,6 @@ impl<'a> Seen<'a> {
             position_m: zero,
             displacement_m: zero,
             held: false,
-            late: false,
             per_s: limits.ticks_per_s(),
             shown_m: zero,
             velocity_m_per_s: zero,

@@ -32,8 +32,9 @@ impl Port {
     pub fn moves(&mut self, way_m: [f32; 3]) -> Result<Energy, Fault> {
         self.at_m += Vector3::from(way_m);
         let limits = limits();
-        let (held, late) = (self.held, self.late);
-        self.account.judge(&Seen { position_m: self.at_m, held, late, was_touched: self.touched, ..Seen::none(&limits) })?;
+        self.account.missed(u16::from(self.late), self.touched);
+        let held = self.held;
+        self.account.judge(&Seen { position_m: self.at_m, held, was_touched: self.touched, ..Seen::none(&limits) })?;
         Ok(self.account.energy())
     }
 

@@ -120,3 +120,20 @@ fn the_loop_charges_a_reading_that_is_missing_and_a_period_that_is_missed() {
         assert!((charged_j / due_j - 1.0).abs() < 0.01, "late {late}: {charged_j} J, {due_j} due");
     }
 }
+
+#[test]
+fn every_missed_period_before_a_fault_is_charged() {
+    let owes_j = |missed: u16| {
+        let mut bench = Bench::with(400.0, DeviceSpec { delay_ticks: 1, ..stylus() }, |_| ()).active();
+        let pressed_j = bench.press_n(1.0).energy.balance_j;
+        assert!(bench.late(missed).fault.is_some());
+        let (h, g) = (f32::from(missed) + 1.0, 1.0);
+        // where the sharpest motion may have led to until the force of 1 N ended
+        (pressed_j - bench.tick().energy.balance_j, 0.5 * h * (h + g) * SHARP_M)
+    };
+    for missed in [3, 4, 6] {
+        let (owed_j, due_j) = owes_j(missed);
+        // what the ceiling withheld in the contact pays a little of it
+        assert!((owed_j / due_j - 1.0).abs() < 0.05, "{missed}: {owed_j} J, {due_j} due");
+    }
+}
