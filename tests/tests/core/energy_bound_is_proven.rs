@@ -15,5 +15,5 @@ fn the_energy_bound_is_proven() {
     println!("{said}");
     assert!(ran.status.success(), "{said}{wrong}");
     let proven = said.lines().filter(|line| line.starts_with("proven: ")).count();
-    assert!(said.starts_with("skipped: ") || proven == 20, "{proven} claims:\n{said}");
+    assert!(said.starts_with("skipped: ") || proven == 32, "{proven} claims:\n{said}");
 }
