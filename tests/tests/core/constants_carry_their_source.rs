@@ -16,7 +16,7 @@ const MOST: usize = 45;
 const MEASUREMENTS: [&str; 2] = ["haptic/commission", "haptic/press.rs"];
 /// Bounds of a profile and of settings, which are checked before the loop runs.
 const BOUNDS: [&str; 9] = [
-    "account.rs: RANGES",
+    "account/settings.rs: RANGES",
     "cycle/settings.rs: RANGES",
     "damping.rs: RANGES",
     "device.rs: RANGES",
@@ -28,7 +28,7 @@ const BOUNDS: [&str; 9] = [
 ];
 /// Settings that no device has unless it asks for them: a device for examples, no damping and no
 /// account.
-const EXAMPLES: [&str; 3] = ["account.rs: HIGHEST", "damping.rs: NONE", "device.rs: STYLUS"];
+const EXAMPLES: [&str; 3] = ["account/settings.rs: HIGHEST", "damping.rs: NONE", "device.rs: STYLUS"];
 /// Numbers of a formula, which may stand in an expression, and where.
 const FORMULAS: [(&str, &[&str]); 5] = [
     // the series of the exponential
