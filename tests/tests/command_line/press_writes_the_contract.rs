@@ -1,7 +1,11 @@
 //! `press` writes the promised files, and their contents are consistent.
 
+use palpate::Output;
 use palpate_tests::palpate_command::{Desk, palpate};
 use palpate_tests::press_run::{PressRun, SMALL_BLOCK, Table, press, press_at, small_block};
+use palpate_tissue::machine::processor;
+use palpate_tissue::press::{Press, TickRow};
+use palpate_tissue::scene::Drive;
 use serde_json::Value;
 
 const SCRATCH: &str = env!("CARGO_TARGET_TMPDIR");
@@ -32,13 +36,13 @@ fn summary_has_the_contract_keys_with_their_types() {
     for key in ["springs", "tets", "substeps", "ticks"] {
         assert!(s[key].as_u64().is_some_and(|n| n > 0), "{key}: {s}");
     }
-    assert_eq!(s["deadline_misses"], 0);
+    assert!(s["deadline_misses"].is_u64(), "{s}");
     assert_eq!(s.get("fault"), Some(&Value::Null));
     assert_eq!(s["limiters"], Value::Array(vec![]));
     // a tick of 1 ms must be shorter than the stable step times the number of substeps
     assert!(run.number("/stable_dt_s") * run.number("/substeps") > TICK_S, "{s}");
     let [p50, p99, max] = ["/tick_us/p50", "/tick_us/p99", "/tick_us/max"].map(|key| run.number(key));
-    assert!(0.0 < p50 && p50 <= p99 && p99 <= max && max < 1000.0, "{s}");
+    assert!(0.0 < p50 && p50 <= p99 && p99 <= max, "{s}");
     let keys = ["target", "depth_m", "force_n", "min_j", "volume_change_pct"];
     let holds = s["holds"].as_array().unwrap();
     assert_eq!(holds.len(), TARGETS_M.len());
@@ -266,4 +270,17 @@ fn without_a_command_the_default_block_is_pressed_into_out_press() {
     let summary = std::fs::read_to_string(desk.folder().join("out/press/summary.json")).unwrap();
     let summary: Value = serde_json::from_str(&summary).unwrap();
     assert_eq!((&summary["scene"], &summary["nodes"]), (&"block".into(), &410.into()));
+}
+
+/// A virtual machine can lose its core in a few ticks. A patch that is too large is late more often,
+/// and an emulated board has no such excuse.
+#[test]
+fn a_few_late_ticks_pass_on_a_desktop_and_none_on_a_board() {
+    let drive = Drive::Depth { holds_m: vec![], ramp_m_per_s: 0.04, hold_s: 0.3 };
+    let passes = |deadline_misses, timed_on: String| {
+        let tick = TickRow { t_s: 0.0, tip_m: [0.0; 3].into(), command_m: 0.0, output: Output::NONE, tick_us: 30.0 };
+        Press { ticks: vec![tick; 1622], deadline_misses, ..Press::empty(timed_on) }.check(&drive).is_ok()
+    };
+    assert!(passes(2, processor()) && !passes(17, processor()));
+    assert!(passes(0, "an emulated board".into()) && !passes(1, "an emulated board".into()));
 }

@@ -4,15 +4,20 @@ use palpate::ClampFlags;
 
 use super::{Hold, Press};
 use crate::error::Error;
+use crate::machine::processor;
 use crate::scene::Drive;
 
 /// Largest accepted deviation of a force from its target at the end of a hold, as a share of the
 /// target (1).
 const FORCE_TOLERANCE: f64 = 0.02;
+/// One of so many ticks may be late on a desktop (1). A virtual machine can lose its core for some
+/// milliseconds at a time and counts them as its own; a patch that is too large is late in all
+/// ticks of a hold.
+const LATE_ONE_IN: usize = 100;
 
 impl Press {
-    /// Checks that the run has no fault, no start inside the tissue, no deadline miss and no
-    /// inverted tet, and that the force at the holds is positive, rises with depth and, for a force
+    /// Checks that the run has no fault, no start inside the tissue and no inverted tet, that no tick
+    /// of an emulated board and at most one in a hundred of a desktop is late, and that the force at the holds is positive, rises with depth and, for a force
     /// drive, equals its target.
     ///
     /// # Errors
@@ -28,8 +33,13 @@ impl Press {
                 "the probe started inside the tissue, or slipped through its surface, and was not outside after that, so there was no force: start it outside, or press less deep".into(),
             );
         }
-        if self.deadline_misses > 0 {
-            return broken(format!("{} of {} ticks took longer than 1 ms", self.deadline_misses, self.ticks.len()));
+        let may_be_late = if self.timed_on == processor() { self.ticks.len() / LATE_ONE_IN } else { 0 };
+        if self.deadline_misses > may_be_late {
+            return broken(format!(
+                "{} of {} ticks took longer than 1 ms: take fewer nodes, or press while the machine does nothing else",
+                self.deadline_misses,
+                self.ticks.len()
+            ));
         }
         if let Some(hold) = self.holds.iter().find(|h| h.min_j <= 0.0) {
             return broken(format!("a tet is inverted at {:.2} mm (J = {:.3})", hold.command_m * 1e3, hold.min_j));
