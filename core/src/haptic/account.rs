@@ -35,27 +35,32 @@
 //! A reading is half a count off at most. Summed by parts, the work that the readings do not tell
 //! is at most that times the variation of the force, so a rise of the force pays for what counts
 //! can hide in it and in the fall that follows, `q R`. The refill `P` gives back what a hand's own
-//! motion varies the force by (`VARIATION_N_PER_S`), and the allowance `e0` covers one rise to the
+//! motion varies the force by (`VARIATION_N_PER_S` in `bound.rs`), and the allowance `e0` covers one rise to the
 //! largest force: at the touch a rise is due before the hand has done the work. SAFETY.md derives
 //! the bound; [`EnergyAccount::bound`] evaluates it.
 //!
 //! A tick without a reading is no tick without work: its position is extrapolated, and pays in the
-//! same way, by its largest error. So do a period that was missed, and the tick of a fault.
+//! same way, by its largest error. So do a period that was missed, and the tick of a fault. From the
+//! second such tick on, a force is also paid for the largest error of the pace. A reading further
+//! off than any motion leads tells of the sensor and not of the probe: the account charges the place
+//! within a motion's reach at which the hand was given most, and follows the readings from there.
 //!
 //! * in: position [m], force sent last [N], the tissue's force and depth [N, m]
 //! * out: the force to send [N], in the same direction and not longer
 //! * cost: 190 instructions of a Cortex-M4F and 30 per tick of delay, estimated
 //! * failures: [`Fault::EnergyCreated`] if the balance is lower than any motion of a hand explains
 
+mod bound;
 mod settings;
 
 use nalgebra::Vector3;
 
+pub use bound::EnergyBound;
 pub use settings::AccountSettings;
 
 use super::device::DeviceSpec;
 use super::seen::{Monitor, Seen, Shaper};
-use super::{HAND_M_PER_S2, RINGS_S, between, length};
+use super::{RINGS_S, between, length};
 use crate::fault::{BuildError, ClampFlags, Fault};
 use crate::lanes::sqrt;
 use crate::stages::output::Output;
@@ -74,11 +79,6 @@ const KEPT_S: f32 = 0.02;
 /// Source: chosen; that share.
 const LAGS: f32 = 3.0;
 
-/// Variation of the force, rises and falls, for which the refill pays [N/s].
-/// Source: measured (`palpate faults --hands`); the force of a hand that kneads or slides on counts
-/// of 55 to 80 um varies by 40 to 150 N/s. With 100, a hand on counts of 80 um loses its force.
-const VARIATION_N_PER_S: f32 = 150.0;
-
 /// Most missed periods that are charged.
 /// Source: derived; the watchdog of a board ends the force after 4.5 of them, so that a longer gap
 /// is charged as twice that.
@@ -94,23 +94,6 @@ pub struct Energy {
     pub given_j: f32,
     /// Largest `given_j` so far in this contact, at least zero [J].
     pub created_j: f32,
-}
-
-/// The most energy that a hand can be given beyond what it gave.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct EnergyBound {
-    /// At once, by a motion as sharp as any of a hand's [J].
-    pub at_once_j: f32,
-    /// For as long as the loop runs [W].
-    pub lasting_w: f32,
-}
-
-impl EnergyBound {
-    /// The most energy that any contacts within this time can give [J].
-    #[must_use]
-    pub fn within_j(&self, seconds: f32) -> f32 {
-        self.at_once_j + self.lasting_w * seconds
-    }
 }
 
 /// The account: balance, forces on their way, and the last positions.
@@ -148,6 +131,10 @@ pub struct EnergyAccount {
     /// Ticks between these two readings, and since the last one [ticks].
     paced_ticks: f32,
     unread_ticks: f32,
+    /// Distance that a tick may lead further than the pace tells, while readings are missing [m].
+    astray_m: f32,
+    /// Displacement of the readings by jumps of the sensor [m].
+    zero_m: Vector3<f32>,
     /// Force that acted last [N].
     acted_n: Vector3<f32>,
     /// Mean displacement per tick over the window [m].
@@ -159,8 +146,10 @@ pub struct EnergyAccount {
     hand_m: f32,
     handle_m_per_n: f32,
     sharp_m: f32,
-    /// Ticks since a force was sent, and ticks without a force after which the contact is over.
+    /// Ticks since a force was sent, those after which it acts no longer, and those after which the
+    /// contact is over.
     idle_ticks: u16,
+    acts_ticks: u16,
     kept_ticks: u16,
     balance_j: f32,
     /// Energy that the tissue can return [J], and the share of it that a tick forgets (1).
@@ -197,7 +186,8 @@ impl EnergyAccount {
         // the window in which a count and the hand's acceleration leave the least doubt
         let best = if hand_m > 0.0 { sqrt(2.0 * device.count_m / hand_m) + 0.5 } else { 1.0 };
         let window = between(best, 1.0, f32::from(DeviceSpec::MOST_DELAY_TICKS)) as u8;
-        let bound = Self::bound(settings, device, tick_s);
+        let bound = Self::bound(settings, device, tick_s, 0);
+        let acts_ticks = u16::from(device.delay_ticks) + (LAGS * device.lag_s / tick_s + 0.5) as u16;
         let (ticks, lag) = (f32::from(device.delay_ticks) + 1.0, device.lag_s / tick_s);
         Ok(Self {
             allowance_j: settings.allowance_j + device.count_m * device.max_force_n,
@@ -220,6 +210,8 @@ impl EnergyAccount {
             pace_m: Vector3::zeros(),
             paced_ticks: 1.0,
             unread_ticks: 0.0,
+            astray_m: 0.0,
+            zero_m: Vector3::zeros(),
             acted_n: Vector3::zeros(),
             moved_m: Vector3::zeros(),
             hidden_m: device.count_m / f32::from(window),
@@ -227,7 +219,8 @@ impl EnergyAccount {
             handle_m_per_n: settings.handle_share / device.mass_kg * tick_s * tick_s,
             sharp_m: Self::sharp_m_per_s2(device) * tick_s * tick_s,
             idle_ticks: u16::MAX,
-            kept_ticks: u16::from(device.delay_ticks) + ((KEPT_S + LAGS * device.lag_s) / tick_s + 0.5) as u16,
+            acts_ticks,
+            kept_ticks: acts_ticks + (KEPT_S / tick_s + 0.5) as u16,
             balance_j: 0.0,
             stored_j: 0.0,
             forgets: tick_s / RINGS_S,
@@ -238,43 +231,27 @@ impl EnergyAccount {
         })
     }
 
-    /// The most that a hand on this device can be given beyond what it gave: the allowance, what is
-    /// on its way when the hand turns more sharply than the account reserves for, and, for as long
-    /// as the loop runs, the refill (SAFETY.md).
-    #[must_use]
-    #[inline]
-    pub fn bound(settings: &AccountSettings, device: &DeviceSpec, tick_s: f32) -> EnergyBound {
-        let most_n = device.max_force_n;
-        let lag = device.lag_s / tick_s;
-        let ticks = f32::from(device.delay_ticks) + 1.0 + lag;
-        let window = f32::from(DeviceSpec::MOST_DELAY_TICKS);
-        // as if nothing of the acceleration were reserved for, so that the bound is the profile's
-        // alone
-        let sharp_m_per_s2 = Self::sharp_m_per_s2(device);
-        // the second term is the tail of the lag, which outlasts a delay of the same length
-        let way_m = sharp_m_per_s2 * tick_s * tick_s * 0.5 * (ticks * (ticks + window) + lag * (lag + 1.0));
-        EnergyBound {
-            at_once_j: settings.allowance_j + most_n * (way_m + device.count_m),
-            // a rise of the force is half of its variation
-            lasting_w: settings.refill_w + 0.5 * VARIATION_N_PER_S * device.count_m,
+    /// Charges what the hand was given since the last tick: first for periods that passed without
+    /// one, in which the device held the last force, then up to this reading [m], or without one.
+    /// `touched` tells whether the patch was touched then. Call it once per tick, before anything
+    /// can fail.
+    pub fn charge(&mut self, missed: u16, read_m: Option<Vector3<f32>>, touched: bool) {
+        for _ in 0..missed.min(MOST_MISSED) {
+            self.charge_period(None, touched);
+            self.sent(self.sent_n(1));
         }
+        self.charge_period(read_m, touched);
     }
 
-    /// The sharpest acceleration of a probe, by a hand and by the device's largest force [m/s^2].
-    fn sharp_m_per_s2(device: &DeviceSpec) -> f32 {
-        HAND_M_PER_S2 + device.max_force_n / device.mass_kg
-    }
-
-    /// Charges the work of the force that acted since the last tick, now that the probe is read at
-    /// this position [m], or is not read. `touched` tells whether the patch was touched then.
+    /// Charges the work of the force that acted in one period.
     #[inline(never)] // inlined where it is called, it would take 200 bytes more of the flash
-    fn charge(&mut self, read_m: Option<Vector3<f32>>, touched: bool) {
+    fn charge_period(&mut self, read_m: Option<Vector3<f32>>, touched: bool) {
         let delayed_n = self.sent_n(1 + self.delay_ticks);
         let gap_n = self.lagging_n - delayed_n;
         let acting_n = delayed_n + gap_n * self.lag_mean;
         self.lagging_n = delayed_n + gap_n * self.lag_left;
         self.change_to(acting_n);
-        let work_j = acting_n.dot(&self.moved_to(read_m));
+        let work_j = acting_n.dot(&self.moved_to(read_m, &acting_n));
         self.pay_out(work_j);
         let returned_j = self.withheld_j * self.forgets;
         self.withheld_j -= returned_j;
@@ -293,23 +270,43 @@ impl EnergyAccount {
     #[inline(never)]
     fn change_to(&mut self, acting_n: Vector3<f32>) {
         if self.unread_ticks > 0.0 {
-            let (ago, paced) = (self.unread_ticks, self.paced_ticks);
-            let error_m = (ago + 0.5) * self.count_m + 0.5 * ago * (ago + paced) * self.sharp_m;
-            self.pay_out(error_m * (acting_n - self.acted_n).abs().sum());
+            self.pay_out(self.error_m() * (acting_n - self.acted_n).abs().sum());
         }
         self.acted_n = acting_n;
     }
 
-    /// Records a position and returns the displacement since the last tick [m]. A position that is
-    /// not read is the last one that was, moved on at the pace between the last two.
-    fn moved_to(&mut self, read_m: Option<Vector3<f32>>) -> Vector3<f32> {
+    /// Largest error along an axis of the position to which the last readings lead [m].
+    fn error_m(&self) -> f32 {
+        let (ago, paced) = (self.unread_ticks, self.paced_ticks);
+        (ago + 0.5) * self.count_m + 0.5 * ago * (ago + paced) * self.sharp_m
+    }
+
+    /// Records a position and returns the displacement since the last tick [m], in which this force
+    /// acted [N]. A position that is not read is the last one that was, moved on at the pace between
+    /// the last two.
+    fn moved_to(&mut self, read_m: Option<Vector3<f32>>, acting_n: &Vector3<f32>) -> Vector3<f32> {
         let past_m = |ago: u8| self.past_m.get(usize::from(self.newest.wrapping_sub(ago)) % LINE).copied().unwrap_or_default();
         self.unread_ticks += 1.0;
+        let ago = self.unread_ticks;
+        let mut position_m = self.read_m + self.pace_m * ago;
         if let Some(read_m) = read_m {
-            self.pace_m = (read_m - self.read_m) / self.unread_ticks;
-            (self.read_m, self.paced_ticks, self.unread_ticks) = (read_m, self.unread_ticks, 0.0);
+            let off_m = read_m - self.zero_m - position_m;
+            let most_m = self.error_m();
+            if off_m.amax() > most_m {
+                let worst_m = acting_n.map(|n| if n == 0.0 { 0.0 } else { most_m.copysign(n) });
+                position_m += worst_m;
+                self.zero_m += off_m - worst_m;
+                // the pace stays, and is older
+                self.paced_ticks += 2.0 * ago;
+            } else {
+                position_m += off_m;
+                self.pace_m = (position_m - self.read_m) / ago;
+                self.paced_ticks = ago;
+            }
+            (self.read_m, self.unread_ticks) = (position_m, 0.0);
         }
-        let position_m = self.read_m + self.pace_m * self.unread_ticks;
+        let missing = self.unread_ticks + 0.5 * (1.0 + self.paced_ticks);
+        self.astray_m = if self.unread_ticks > 1.0 { self.count_m + missing * self.sharp_m } else { 0.0 };
         let displacement_m = position_m - past_m(0);
         self.moved_m = (position_m - past_m(self.window_ticks - 1)) / f32::from(self.window_ticks);
         self.newest = self.newest.wrapping_add(1);
@@ -421,7 +418,8 @@ impl EnergyAccount {
     #[inline(never)] // as above
     fn way_m(&self, force_n: &Vector3<f32>, length_n: f32, share: f32, late: f32) -> f32 {
         let sharp_m = self.hand_m + self.handle_m_per_n * length_n;
-        let moves_m = self.moved_m.dot(force_n) / length_n + self.hidden_m + 0.5 * sharp_m * f32::from(self.window_ticks);
+        let unseen_m = self.hidden_m + self.astray_m + 0.5 * sharp_m * f32::from(self.window_ticks);
+        let moves_m = self.moved_m.dot(force_n) / length_n + unseen_m;
         let way_m = moves_m * share + sharp_m * late;
         if way_m > 0.0 { way_m } else { 0.0 }
     }
@@ -438,14 +436,19 @@ impl EnergyAccount {
         self.idle_ticks = if idle { self.idle_ticks.saturating_add(1) } else { 0 };
     }
 
-    /// Charges periods that passed without a tick, in which the device held the last force.
-    /// `touched` tells whether the patch was touched before them.
-    #[inline]
-    pub fn missed(&mut self, periods: u16, touched: bool) {
-        for _ in 0..periods.min(MOST_MISSED) {
-            self.charge(None, touched);
-            self.sent(self.sent_n(1));
+    /// Ends the forces on their way, because the device is released.
+    pub fn released(&mut self) {
+        self.change_to(Vector3::zeros());
+        (self.line_n, self.lagging_n) = ([Vector3::zeros(); LINE], Vector3::zeros());
+        if self.acts() {
+            self.idle_ticks = self.acts_ticks + 1;
         }
+    }
+
+    /// Whether a force may act on the hand, the last one that was sent or one on its way.
+    #[must_use]
+    pub fn acts(&self) -> bool {
+        self.idle_ticks <= self.acts_ticks
     }
 
     /// Energy at the hand.
@@ -456,23 +459,15 @@ impl EnergyAccount {
 }
 
 impl Monitor for EnergyAccount {
-    fn judge(&mut self, seen: &Seen) -> Result<(), Fault> {
-        self.charge(if seen.held { None } else { Some(seen.position_m) }, seen.was_touched);
+    fn judge(&mut self, _: &Seen) -> Result<(), Fault> {
         // further below zero than any motion of a hand: the device is not what its profile says
         if self.balance_j < -self.bound.at_once_j { Err(Fault::EnergyCreated) } else { Ok(()) }
     }
 
-    /// Ends the contact, and forgets the forces on their way, which end when the device is
-    /// released. The force that acted until the fault is charged first: a fault that is found
-    /// before the charge leaves its tick unread. The balance stays, or falls to the allowance if it
-    /// is above it, so that clearing a fault raises it by nothing.
+    /// Ends the contact and the forces on their way. The balance stays, or falls to the allowance if
+    /// it is above it, so that clearing a fault raises it by nothing.
     fn reset(&mut self) {
-        if self.newest == self.next {
-            // no position of this tick is recorded
-            self.charge(None, true);
-        }
-        self.change_to(Vector3::zeros());
-        (self.line_n, self.lagging_n) = ([Vector3::zeros(); LINE], Vector3::zeros());
+        self.released();
         self.pay_debt(self.withheld_j);
         self.end_contact();
     }

@@ -194,8 +194,6 @@ impl Cycle {
         self.ticks = self.ticks.wrapping_add(1);
         self.machine.count();
         let mut record = Telemetry::begin(self.ticks, self.mode(), command);
-        // before anything can fail
-        self.account.missed(command.late_ticks, self.touched);
         match self.answer(device, renderer, command, &mut record) {
             Ok(force_n) => record.applied_n = force_n,
             Err(fault) => self.fail(fault),
@@ -208,6 +206,7 @@ impl Cycle {
             self.plausible.reset();
             Monitor::reset(&mut self.gains);
             device.release();
+            self.account.released();
         }
         self.sent_n = record.applied_n;
         self.account.sent(record.applied_n);
@@ -229,11 +228,11 @@ impl Cycle {
         let (pose, late) = self.sense(device, command)?;
         let displacement_m = pose.position_m - self.position_m.replace(pose.position_m).unwrap_or(pose.position_m);
         let shown_m = self.toggle.show(&pose.position_m);
-        let per_s = match command.late_ticks {
-            0 => self.limits.ticks_per_s(),
-            late => self.limits.ticks_per_s() / f32::from(late.saturating_add(1)),
-        };
-        self.damping.track(shown_m, per_s);
+        let per_s = self.limits.ticks_per_s() / f32::from(pose.ticks);
+        if !pose.held {
+            // a position that was not read says nothing of the velocity, and not that it is zero
+            self.damping.track(shown_m, per_s);
+        }
         record.refused = !self.listen(command, renderer);
         let runs = self.mode().runs_patch();
         let mut output = if runs { renderer.render(ProbePose { tip_m: shown_m }) } else { Output::NONE };
@@ -246,7 +245,6 @@ impl Cycle {
         let mut seen = Seen {
             position_m: pose.position_m,
             displacement_m,
-            held: pose.held,
             per_s,
             shown_m,
             velocity_m_per_s: self.damping.velocity_m_per_s(),
@@ -300,13 +298,15 @@ impl Cycle {
 
     /// Reads the device; returns the pose and whether this tick is late.
     fn sense(&mut self, device: &mut impl HapticDevice, command: Command) -> Result<(Pose, bool), Fault> {
+        let sensed = device.sense();
+        // before anything can fail
+        self.account.charge(command.late_ticks, self.gate.news(&sensed), self.touched);
         if let Some(fault) = command.found {
             return Err(fault);
         }
         let late = if self.mode().runs_patch() { self.deadline.judge(command.late_ticks)? } else { false };
         self.gate.skip(command.late_ticks);
-        let force_acts = self.sent_n != Vector3::zeros();
-        Ok((self.gate.admit(&self.limits, &device.sense(), force_acts)?, late))
+        Ok((self.gate.admit(&self.limits, &sensed, self.account.acts())?, late))
     }
 
     /// Largest force that the mode allows [N], and after a late tick at most half of the last one.

@@ -20,9 +20,7 @@ pub struct Seen<'a> {
     pub position_m: Vector3<f32>,
     /// See `position_m`.
     pub displacement_m: Vector3<f32>,
-    /// Whether `position_m` is an older reading, because the newest one is missing or a glitch.
-    pub held: bool,
-    /// One over the time since the last tick [1/s].
+    /// One over the time since the last reading [1/s].
     pub per_s: f32,
     /// Position that the renderer was shown [m].
     pub shown_m: Vector3<f32>,
@@ -54,7 +52,6 @@ impl<'a> Seen<'a> {
             limits,
             position_m: zero,
             displacement_m: zero,
-            held: false,
             per_s: limits.ticks_per_s(),
             shown_m: zero,
             velocity_m_per_s: zero,

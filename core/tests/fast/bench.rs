@@ -32,6 +32,7 @@ pub fn limits() -> LoopLimits {
 }
 
 /// A device whose reading is set by the test.
+#[derive(Clone)]
 pub struct Device {
     pub limits: DeviceSpec,
     pub sensed: Sensed,
@@ -58,6 +59,7 @@ impl HapticDevice for Device {
 }
 
 /// A linear wall below z = 0, unless an answer is set.
+#[derive(Clone)]
 pub struct Wall {
     pub n_per_m: f32,
     /// Stiffness that the wall reports at its depth limit [N/m].
@@ -96,6 +98,7 @@ pub fn pushing(depth_m: f32, force_n: f32) -> Output {
 }
 
 /// A cycle with its device, its wall and its host.
+#[derive(Clone)]
 pub struct Bench {
     pub cycle: Cycle,
     pub device: Device,

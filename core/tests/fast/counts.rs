@@ -81,7 +81,7 @@ fn a_rise_pays_for_a_count_along_each_axis_and_a_fall_for_nothing() {
 #[test]
 fn a_handle_that_is_shaken_across_counts_is_given_no_more_than_the_lasting_power() {
     let device = DeviceSpec { count_m: 55e-6, delay_ticks: 1, max_force_n: 3.0, stiffness_ceiling_n_per_m: 700.0, ..stylus() };
-    let lasting_w = EnergyAccount::bound(&AccountSettings::DEFAULT, &device, 1e-3).lasting_w;
+    let lasting_w = EnergyAccount::bound(&AccountSettings::DEFAULT, &device, 1e-3, 0).lasting_w;
     let given_w = |hz: f32, swing_m: f32, base_m: f32| {
         let mut bench = Bench::with(670.0, device, |_| ()).active();
         let (mut at_m, mut sent_n, mut given_j) = (10e-3, [0.0; 2], 0.0);

@@ -9,7 +9,7 @@ use crate::energy::Port;
 /// A hand gives 1 mJ in a contact, of which the tissue can return 50 uJ; the ceiling withholds the
 /// rest. After `still_ticks` the hand takes 0.5 mJ, which leaves a debt.
 fn in_debt(still_ticks: u16) -> Port {
-    let mut port = Port::new(0, 0.0, 0.0);
+    let mut port = Port::light(0, 0.0);
     port.step(0.0, 1.0);
     port.step(-1e-3, 0.0);
     port.pays([0.0, 0.0, 0.1], 1e-3);

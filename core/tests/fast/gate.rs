@@ -85,8 +85,8 @@ fn the_last_good_pose_is_held_for_two_ticks_without_a_reading() {
     let mut gate = Gate::believing();
     for _ in 0..5 {
         let at_m = gate.read(gate.at_m + Vector3::new(0.1e-3, 0.0, 0.0)).unwrap().position_m;
-        for _ in 0..2 {
-            assert_eq!(gate.repeat(), Ok(Pose { position_m: at_m, held: true }));
+        for ticks in 1..=2 {
+            assert_eq!(gate.repeat(), Ok(Pose { position_m: at_m, held: true, ticks }));
         }
     }
     assert_eq!(gate.repeat(), Err(Fault::PoseStale));

@@ -185,6 +185,7 @@ fn after_damping_no_shaper_lengthens_a_force() {
         let cap_n = 1.5 + 1.5 * random(&mut seed);
         let sent_n = if rests { normal * 2.0 } else { last_n };
         let seen = Seen { position_m, displacement_m, output, touched, sent_n, cap_n, ..Seen::none(&limits) };
+        account.charge(0, Some(position_m), false);
         let monitors: [&mut dyn Monitor; 3] = [&mut account, &mut gains, &mut stillness];
         let sound = monitors.into_iter().all(|monitor| monitor.judge(&seen).is_ok());
         if !sound {

@@ -30,6 +30,7 @@ mod presence;
 mod relaxation;
 mod relief;
 mod runaway;
+mod search;
 mod settings;
 mod stop;
 mod toggle;

@@ -126,7 +126,8 @@ fn every_missed_period_before_a_fault_is_charged() {
     let owes_j = |missed: u16| {
         let mut bench = Bench::with(400.0, DeviceSpec { delay_ticks: 1, ..stylus() }, |_| ()).active();
         let pressed_j = bench.press_n(1.0).energy.balance_j;
-        assert!(bench.late(missed).fault.is_some());
+        let record = bench.repeat(Command { late_ticks: missed, ..Command::HEARD });
+        assert!(record.fault.is_some());
         let (h, g) = (f32::from(missed) + 1.0, 1.0);
         // where the sharpest motion may have led to until the force of 1 N ended
         (pressed_j - bench.tick().energy.balance_j, 0.5 * h * (h + g) * SHARP_M)
@@ -136,4 +137,81 @@ fn every_missed_period_before_a_fault_is_charged() {
         // what the ceiling withheld in the contact pays a little of it
         assert!((owed_j / due_j - 1.0).abs() < 0.05, "{missed}: {owed_j} J, {due_j} due");
     }
+}
+
+/// A hand that leaves: a reading that is missing must not look like a hand at rest, whose damping is
+/// gone.
+#[test]
+fn a_position_that_was_not_read_says_nothing_about_the_velocity() {
+    let mut bench = Bench::with(400.0, DeviceSpec { delay_ticks: 1, ..stylus() }, |_| ()).active();
+    let pressed_n = bench.press_n(2.0).applied_n.z;
+    let step_m = 0.1e-3;
+    let leaves = |bench: &mut Bench| bench.at(bench.device.sensed.position_m.z + step_m).applied_n.z;
+    let mut last_n = pressed_n;
+    for tick in 0..30 {
+        let force_n = if tick % 7 == 6 {
+            bench.device.sensed.position_m.z += step_m;
+            bench.repeat(Command::HEARD).applied_n.z
+        } else {
+            leaves(&mut bench)
+        };
+        assert!(force_n <= last_n, "tick {tick}: {last_n} N rises to {force_n} N");
+        last_n = force_n;
+    }
+    assert!(last_n < 0.5 * pressed_n && last_n > 0.0, "{last_n} N of {pressed_n} N");
+}
+
+#[test]
+fn a_jump_of_the_sensor_is_charged_at_the_worst_place_and_credits_nothing() {
+    for jump_m in [-2e-3_f32, 2e-3] {
+        let mut port = Port::new(0, 0.0, 0.0);
+        let pace_m = -0.02e-3;
+        (0..10).for_each(|_| _ = port.step(pace_m, 1.0));
+        let mut paid_m = |way_m: f32| {
+            let before_j = port.account.energy().given_j;
+            _ = port.moves([0.0, 0.0, way_m]);
+            port.account.sent(Vector3::z());
+            port.account.energy().given_j - before_j
+        };
+        // the second jump finds a pace that is one reading older
+        for (way_m, due_m) in [
+            (jump_m, pace_m + SHARP_M),
+            (pace_m - jump_m, pace_m + 2.0 * SHARP_M),
+            (pace_m, pace_m),
+            (pace_m, pace_m),
+            (pace_m + 0.9 * SHARP_M, pace_m + 0.9 * SHARP_M),
+        ] {
+            let found_m = paid_m(way_m);
+            assert!((found_m - due_m).abs() < 1e-6, "{jump_m} m: moved by {way_m} m, {found_m} J paid, {due_m} due");
+        }
+    }
+}
+
+#[test]
+fn a_force_on_its_way_acts_and_none_does_once_the_device_is_released() {
+    for (delay, lag_s, ticks) in [(0, 0.0, 1), (2, 0.0, 3), (1, 5e-3, 17)] {
+        let sent = || {
+            let mut port = Port::new(delay, lag_s, 0.0);
+            assert!(!port.account.acts(), "nothing was sent");
+            port.step(0.0, 1.0);
+            port
+        };
+        let mut port = sent();
+        let acted = (0..100).take_while(|_| {
+            let acts = port.account.acts();
+            port.step(0.0, 0.0);
+            acts
+        });
+        assert_eq!(acted.count(), ticks, "{delay} ticks, {lag_s} s");
+        let mut port = sent();
+        port.account.released();
+        assert!(!port.account.acts(), "released");
+    }
+    // the loop: a hand that is faster than any under a force, while the last one is on its way
+    let mut bench = Bench::with(400.0, DeviceSpec { delay_ticks: 7, ..stylus() }, |_| ()).active();
+    bench.press_n(0.2);
+    bench.move_to(0.5e-3, 0.5);
+    assert_eq!(bench.tick().applied_n, Vector3::zeros(), "outside");
+    let fault = (0..3).find_map(|_| bench.at(bench.device.sensed.position_m.z + 6e-3).fault);
+    assert_eq!(fault, Some(palpate::Fault::OverSpeed));
 }

@@ -94,7 +94,7 @@ impl Controller {
     /// The most energy that the device can give the hand. No profile changes the account.
     #[must_use]
     pub fn energy_bound(&self) -> EnergyBound {
-        EnergyAccount::bound(&AccountSettings::DEFAULT, &self.edge.limits(), TICK_S)
+        EnergyAccount::bound(&AccountSettings::DEFAULT, &self.edge.limits(), TICK_S, 0)
     }
 
     /// Command to the actuators after the last tick.

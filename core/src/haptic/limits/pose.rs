@@ -30,6 +30,8 @@ pub struct Pose {
     pub position_m: Vector3<f32>,
     /// The pose is an older one: the newest reading is missing or a glitch.
     pub held: bool,
+    /// Ticks since the reading before it, or, if it is held, since that one.
+    pub ticks: u16,
 }
 
 /// Accepts, holds or rejects the readings, one per tick.
@@ -95,6 +97,15 @@ impl PoseGate {
         self.since_ticks = self.since_ticks.saturating_add(late_ticks);
     }
 
+    /// The position of a reading [m]; `None` if it is bad or not newer than the last one.
+    #[must_use]
+    pub fn news(&self, sensed: &Sensed) -> Option<Vector3<f32>> {
+        // signed difference: a lower number is an old reading, and the count may wrap
+        let newer = self.sequence.is_none_or(|last| sensed.sequence.wrapping_sub(last).cast_signed() > 0_i32);
+        let good = sensed.status == SensorStatus::Good && sensed.position_m.iter().all(|c| c.is_finite());
+        (newer && good).then_some(sensed.position_m)
+    }
+
     fn judge(&mut self, limits: &LoopLimits, sensed: &Sensed, force_acts: bool) -> Result<Pose, Fault> {
         if sensed.status != SensorStatus::Good {
             return Err(Fault::SensorFault);
@@ -103,15 +114,14 @@ impl PoseGate {
             return Err(Fault::PoseNotFinite);
         }
         self.since_ticks = self.since_ticks.saturating_add(1);
-        // signed difference: a lower number is an old reading, and the count may wrap
-        let newer = self.sequence.is_none_or(|last| sensed.sequence.wrapping_sub(last).cast_signed() > 0_i32);
-        if !newer {
+        let ticks = self.since_ticks;
+        if self.news(sensed).is_none() {
             if self.bad.count(true) && force_acts {
                 return Err(Fault::PoseStale);
             }
             self.age_ticks = self.age_ticks.saturating_add(1);
             return match self.believed_m {
-                Some(position_m) if self.age_ticks <= limits.values.max_age_ticks => Ok(Pose { position_m, held: true }),
+                Some(position_m) if self.age_ticks <= limits.values.max_age_ticks => Ok(Pose { position_m, held: true, ticks }),
                 _ => Err(Fault::PoseStale),
             };
         }
@@ -127,7 +137,7 @@ impl PoseGate {
             if jumped {
                 self.odd = self.odd.saturating_add(1);
                 if self.odd < limits.values.odd_poses {
-                    return Ok(Pose { position_m, held: true });
+                    return Ok(Pose { position_m, held: true, ticks });
                 }
                 if force_acts {
                     return Err(Fault::OverSpeed);
@@ -142,7 +152,7 @@ impl PoseGate {
         }
         self.believed_m = Some(sensed.position_m);
         (self.since_ticks, self.odd) = (0, 0);
-        Ok(Pose { position_m: sensed.position_m, held: false })
+        Ok(Pose { position_m: sensed.position_m, held: false, ticks })
     }
 }
 
@@ -165,7 +175,7 @@ mod tests {
     #[test]
     fn one_glitch_is_held_two_are_a_fault() {
         let (limits, mut gate) = (limits(), gate());
-        assert_eq!(gate.admit(&limits, &at(0.05, 1), true), Ok(Pose { position_m: Vector3::zeros(), held: true }));
+        assert_eq!(gate.admit(&limits, &at(0.05, 1), true), Ok(Pose { position_m: Vector3::zeros(), held: true, ticks: 1 }));
         assert!(!gate.admit(&limits, &at(0.001, 2), true).unwrap().held, "back again");
         gate.admit(&limits, &at(0.05, 3), true).unwrap();
         assert_eq!(gate.admit(&limits, &at(0.05, 4), true), Err(Fault::OverSpeed));

@@ -85,7 +85,7 @@ fn a_report_tells_the_state_and_a_modulus_out_of_range_is_refused() {
                 FromBoard::Record(_) => "record",
                 FromBoard::State { stack_used_bytes, nodes, bad_frames, at_once_j, lasting_w, .. } => {
                     assert_eq!((stack_used_bytes, nodes, bad_frames), (4321, 56, 0));
-                    let bound = EnergyAccount::bound(&AccountSettings::DEFAULT, &Port::DESKTOP.limits(), 1e-3);
+                    let bound = EnergyAccount::bound(&AccountSettings::DEFAULT, &Port::DESKTOP.limits(), 1e-3, 0);
                     assert_eq!((at_once_j, lasting_w), (bound.at_once_j, bound.lasting_w));
                     "state"
                 }

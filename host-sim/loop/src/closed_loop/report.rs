@@ -218,7 +218,7 @@ pub fn report(name: &str, target: &Target, device: &DeviceProfile, runs: Vec<Row
     let ceiling = encoder_ceiling_n_per_m(device);
     let limits = device.limits(Vector3::zeros());
     let settings = Settings::safe(&limits);
-    let bound = EnergyAccount::bound(&settings.account, &limits, settings.tick_s);
+    let bound = EnergyAccount::bound(&settings.account, &limits, settings.tick_s, 0);
     let (substeps, tap_error_pct) = match target {
         Target::Wall(_) => (1, None),
         Target::Tissue(tissue, _) => (tissue.params.substeps, Some(tissue.tap_errors.map(|e| e * 100.0))),

@@ -18,7 +18,7 @@ proptest! {
     ) {
         let device = DeviceSpec { max_force_n, count_m, delay_ticks, lag_s, mass_kg, ..DeviceSpec::STYLUS };
         let settings = AccountSettings::DEFAULT;
-        let stated = EnergyAccount::bound(&settings, &device, TICK_S);
+        let stated = EnergyAccount::bound(&settings, &device, TICK_S, 0);
         let watched = PortBound::of(&device);
         let close = |a: f32, b: f64| (f64::from(a) - b).abs() <= 1e-5 * b;
         prop_assert!(close(stated.at_once_j, watched.at_once_j), "{stated:?}, {watched:?}");
