@@ -351,8 +351,8 @@ fn print(report: &Report, hands: &[Hand], stimuli: &[Stimulus], all: bool) {
         _ => println!("  encoder   ideal: no counts"),
     }
     println!(
-        "  energy    at most {:.3} mJ at once and {:.3} mJ in ten seconds, beyond what the hand gives\n",
-        report.bound_at_once_mj, report.bound_in_ten_seconds_mj
+        "  energy    at most {:.3} mJ at once ({:.3} if four periods are missed) and {:.3} mJ in ten seconds, beyond what the hand gives\n",
+        report.bound_at_once_mj, report.bound_after_four_missed_mj, report.bound_in_ten_seconds_mj
     );
     if all {
         print_matrix(report, hands, stimuli);

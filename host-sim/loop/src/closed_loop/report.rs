@@ -176,6 +176,8 @@ pub struct Report {
     pub count_m: f64,
     /// The most energy that the device can give the hand at once, beyond what the hand gives [mJ].
     pub bound_at_once_mj: f64,
+    /// The most at once if the device misses four periods in a row and holds its force [mJ].
+    pub bound_after_four_missed_mj: f64,
     /// Energy given within ten seconds [mJ].
     pub bound_in_ten_seconds_mj: f64,
     /// Substeps per tick.
@@ -218,7 +220,8 @@ pub fn report(name: &str, target: &Target, device: &DeviceProfile, runs: Vec<Row
     let ceiling = encoder_ceiling_n_per_m(device);
     let limits = device.limits(Vector3::zeros());
     let settings = Settings::safe(&limits);
-    let bound = EnergyAccount::bound(&settings.account, &limits, settings.tick_s, 0);
+    let bound_of = |missed| EnergyAccount::bound(&settings.account, &limits, settings.tick_s, missed);
+    let bound = bound_of(0);
     let (substeps, tap_error_pct) = match target {
         Target::Wall(_) => (1, None),
         Target::Tissue(tissue, _) => (tissue.params.substeps, Some(tissue.tap_errors.map(|e| e * 100.0))),
@@ -232,6 +235,7 @@ pub fn report(name: &str, target: &Target, device: &DeviceProfile, runs: Vec<Row
         encoder_ceiling_n_per_m: ceiling,
         count_m: device.count_m,
         bound_at_once_mj: f64::from(bound.at_once_j) * 1e3,
+        bound_after_four_missed_mj: f64::from(bound_of(4).at_once_j) * 1e3,
         bound_in_ten_seconds_mj: f64::from(bound.within_j(10.0)) * 1e3,
         substeps,
         tap_error_pct,
