@@ -41,9 +41,10 @@
 //!
 //! A tick without a reading is no tick without work: its position is extrapolated, and pays in the
 //! same way, by its largest error. So do a period that was missed, and the tick of a fault. From the
-//! second such tick on, a force is also paid for the largest error of the pace. A reading further
-//! off than any motion leads tells of the sensor and not of the probe: the account charges the place
-//! within a motion's reach at which the hand was given most, and follows the readings from there.
+//! second such tick on, and behind a jump, a force is also paid for the largest error of the pace.
+//! A reading further off than any motion leads is as good as none. If the next one is as well, the
+//! sensor has jumped: the largest error along the force is charged, and the readings count from
+//! there.
 //!
 //! * in: position [m], force sent last [N], the tissue's force and depth [N, m]
 //! * out: the force to send [N], in the same direction and not longer
@@ -131,10 +132,11 @@ pub struct EnergyAccount {
     /// Ticks between these two readings, and since the last one [ticks].
     paced_ticks: f32,
     unread_ticks: f32,
-    /// Distance that a tick may lead further than the pace tells, while readings are missing [m].
+    /// Distance that a tick may lead further than a pace tells that is older than a tick [m].
     astray_m: f32,
-    /// Displacement of the readings by jumps of the sensor [m].
+    /// Displacement of the readings by jumps of the sensor [m], and whether the last one was off.
     zero_m: Vector3<f32>,
+    jumped: bool,
     /// Force that acted last [N].
     acted_n: Vector3<f32>,
     /// Mean displacement per tick over the window [m].
@@ -212,6 +214,7 @@ impl EnergyAccount {
             unread_ticks: 0.0,
             astray_m: 0.0,
             zero_m: Vector3::zeros(),
+            jumped: false,
             acted_n: Vector3::zeros(),
             moved_m: Vector3::zeros(),
             hidden_m: device.count_m / f32::from(window),
@@ -285,28 +288,29 @@ impl EnergyAccount {
     /// acted [N]. A position that is not read is the last one that was, moved on at the pace between
     /// the last two.
     fn moved_to(&mut self, read_m: Option<Vector3<f32>>, acting_n: &Vector3<f32>) -> Vector3<f32> {
-        let past_m = |ago: u8| self.past_m.get(usize::from(self.newest.wrapping_sub(ago)) % LINE).copied().unwrap_or_default();
         self.unread_ticks += 1.0;
         let ago = self.unread_ticks;
         let mut position_m = self.read_m + self.pace_m * ago;
         if let Some(read_m) = read_m {
             let off_m = read_m - self.zero_m - position_m;
             let most_m = self.error_m();
-            if off_m.amax() > most_m {
-                let worst_m = acting_n.map(|n| if n == 0.0 { 0.0 } else { most_m.copysign(n) });
-                position_m += worst_m;
-                self.zero_m += off_m - worst_m;
-                // the pace stays, and is older
-                self.paced_ticks += 2.0 * ago;
-            } else {
+            if off_m.amax() <= most_m {
                 position_m += off_m;
                 self.pace_m = (position_m - self.read_m) / ago;
-                self.paced_ticks = ago;
+                (self.read_m, self.paced_ticks, self.unread_ticks, self.jumped) = (position_m, ago, 0.0, false);
+            } else if self.jumped {
+                self.pay_out(most_m * acting_n.abs().sum());
+                self.zero_m += off_m;
+                // the pace stays, and is older
+                self.paced_ticks += 2.0 * ago;
+                (self.read_m, self.unread_ticks, self.jumped) = (position_m, 0.0, false);
+            } else {
+                self.jumped = true;
             }
-            (self.read_m, self.unread_ticks) = (position_m, 0.0);
         }
-        let missing = self.unread_ticks + 0.5 * (1.0 + self.paced_ticks);
-        self.astray_m = if self.unread_ticks > 1.0 { self.count_m + missing * self.sharp_m } else { 0.0 };
+        let stale_ticks = self.unread_ticks + 0.5 * (self.paced_ticks - 1.0);
+        self.astray_m = if stale_ticks > 1.0 { self.count_m + (stale_ticks + 1.0) * self.sharp_m } else { 0.0 };
+        let past_m = |ago: u8| self.past_m.get(usize::from(self.newest.wrapping_sub(ago)) % LINE).copied().unwrap_or_default();
         let displacement_m = position_m - past_m(0);
         self.moved_m = (position_m - past_m(self.window_ticks - 1)) / f32::from(self.window_ticks);
         self.newest = self.newest.wrapping_add(1);

@@ -76,6 +76,23 @@ fn a_rise_pays_for_a_count_along_each_axis_and_a_fall_for_nothing() {
     assert!((first_n * 2.0 * q / balance_j - 1.0).abs() < 1e-3, "{first_n} N for {balance_j} J");
 }
 
+#[test]
+fn a_rise_is_paid_for_beside_the_forces_on_their_way() {
+    let q = 50e-6;
+    let device = DeviceSpec { count_m: q, delay_ticks: 4, mass_kg: 5.0, ..stylus() };
+    // without an acceleration the window is one tick, and each force is paid for over a count
+    let settings =
+        AccountSettings { allowance_j: 7.0 * q, acceleration_m_per_s2: 0.0, handle_share: 0.0, ..AccountSettings::DEFAULT };
+    let mut port = Port::with(device, settings);
+    (0..1_000).for_each(|_| _ = port.step(0.0, 0.0));
+    (0..4).for_each(|_| _ = port.step(0.0, 2.0));
+    let left_j = port.moves([0.0; 3]).unwrap().balance_j - 4.0 * 2.0 * q;
+    // 1 N of rise, and 3 N in its own tick
+    let right_n = 3.0 * left_j / (q + 3.0 * q);
+    let found_n = port.pays([0.0, 0.0, 3.0], 0.0).z;
+    assert!(right_n > 0.1 && (found_n / right_n - 1.0).abs() < 1e-3, "{found_n} N, not {right_n} N");
+}
+
 /// A handle that a machine shakes across several counts, on a stiff wall: the readings hide where
 /// it turns round. What it is given in a second stays below the lasting part of the bound.
 #[test]

@@ -189,13 +189,23 @@ fn the_allowance_comes_back_at_its_rate_and_no_further() {
     assert!(port.account.energy().balance_j < 20.1e-6);
 }
 
-/// Longest displacement along a force [m] that the account reserves for, from the force that it
-/// pays for out of an allowance, on a probe that has moved evenly [m per tick].
-fn reserved_m(device: DeviceSpec, way_m: f32) -> f32 {
+#[test]
+fn the_refill_goes_on_up_to_what_the_tissue_can_return() {
+    let mut port = Port::new(1, 0.0, 0.0);
+    (0..1000).for_each(|_| _ = port.step(0.0, 0.0));
+    port.pays([0.0, 0.0, 2.0], 4e-3);
+    (0..100).for_each(|_| _ = port.step(0.0, 0.0));
+    let balance_j = port.account.energy().balance_j;
+    assert!((balance_j - 23e-6).abs() < 0.1e-6, "the allowance and a tenth of a second of the refill: {balance_j}");
+}
+
+/// Longest displacement along a force of this length [N] that the account reserves for [m], from the
+/// force that it pays for out of an allowance, on a probe that has moved evenly [m per tick].
+fn reserved_m(device: DeviceSpec, way_m: f32, asked_n: f32) -> f32 {
     let settings = AccountSettings { allowance_j: 1e-3, refill_w: 1.0, ..AccountSettings::DEFAULT };
     let mut port = Port::with(device, settings);
     (0..100).for_each(|_| _ = port.step(way_m, 0.0));
-    let paid_n = port.pays([0.0, 0.0, 100.0], 0.0).z;
+    let paid_n = port.pays([0.0, 0.0, asked_n], 0.0).z;
     port.account.energy().balance_j / paid_n
 }
 
@@ -206,7 +216,7 @@ fn a_force_is_paid_for_over_its_delay_its_lag_a_count_and_the_acceleration() {
     let a_m = |force_n: f32| (3.0 + 0.7 * force_n / 5.0) * 1e-6;
     for (delay_ticks, lag_s) in [(0, 0.0), (1, 0.0), (4, 0.0), (7, 0.0), (0, 2e-3), (3, 5e-3)] {
         let way_m = 40e-6;
-        let found_m = reserved_m(DeviceSpec { delay_ticks, lag_s, ..heavy }, way_m);
+        let found_m = reserved_m(DeviceSpec { delay_ticks, lag_s, ..heavy }, way_m, 100.0);
         // a force that can be held: one in each tick of the delay, and the amplifier's
         let (ticks, lag) = (1.0 + f32::from(delay_ticks), lag_s * 1e3);
         let late = ticks * (0.5 * ticks + lag) + lag * (0.5 + lag);
@@ -215,13 +225,13 @@ fn a_force_is_paid_for_over_its_delay_its_lag_a_count_and_the_acceleration() {
     }
     // counts of 54 um: a window of six ticks leaves a sixth of a count and three ticks of
     // acceleration
-    let found_m = reserved_m(DeviceSpec { delay_ticks: 0, count_m: 54e-6, ..heavy }, 54e-6);
+    let found_m = reserved_m(DeviceSpec { delay_ticks: 0, count_m: 54e-6, ..heavy }, 54e-6, 10.0);
     // and a rise pays for a count
-    let right_m = 54e-6 + 9e-6 + a_m(100.0) * (3.0 + 0.5) + 54e-6;
+    let right_m = 54e-6 + 9e-6 + a_m(10.0) * (3.0 + 0.5) + 54e-6;
     assert!((found_m / right_m - 1.0).abs() < 2e-2, "{found_m} m, not {right_m} m");
     // a light handle is driven by the force itself
-    let light_m = reserved_m(DeviceSpec { delay_ticks: 0, mass_kg: 0.02, ..stylus() }, 40e-6);
-    assert!(light_m > 1.3 * reserved_m(DeviceSpec { delay_ticks: 0, ..heavy }, 40e-6), "{light_m} m");
+    let light_m = reserved_m(DeviceSpec { delay_ticks: 0, mass_kg: 0.02, ..stylus() }, 40e-6, 100.0);
+    assert!(light_m > 1.3 * reserved_m(DeviceSpec { delay_ticks: 0, ..heavy }, 40e-6, 100.0), "{light_m} m");
 }
 
 #[test]
