@@ -35,16 +35,16 @@
 //! A reading is half a count off at most. Summed by parts, the work that the readings do not tell
 //! is at most that times the variation of the force, so a rise of the force pays for what counts
 //! can hide in it and in the fall that follows, `q R`. The refill `P` gives back what a hand's own
-//! motion varies the force by (`VARIATION_N_PER_S` in `bound.rs`), and the allowance `e0` covers one rise to the
-//! largest force: at the touch a rise is due before the hand has done the work. SAFETY.md derives
-//! the bound; [`EnergyAccount::bound`] evaluates it.
+//! motion varies the force by (`VARIATION_N_PER_S` in `bound.rs`), and the allowance `e0` covers
+//! one rise to the largest force: at the touch a rise is due before the hand has done the work.
+//! SAFETY.md derives the bound; [`EnergyAccount::bound`] evaluates it.
 //!
 //! A tick without a reading is no tick without work: its position is extrapolated, and pays in the
-//! same way, by its largest error. So do a period that was missed, and the tick of a fault. From the
-//! second such tick on, and behind a jump, a force is also paid for the largest error of the pace.
-//! A reading further off than any motion leads is as good as none. If the next one is as well, the
-//! sensor has jumped: the largest error along the force is charged, and the readings count from
-//! there.
+//! same way, by its largest error. So do a period that was missed, and the tick of a fault. From
+//! the second such tick on, and behind a jump, a force is also paid for the largest error of the
+//! pace. A reading further off than any motion leads is as good as none. If the next one is as
+//! well, the sensor has jumped: the largest error along the force is charged, and the readings
+//! count from there.
 //!
 //! * in: position [m], force sent last [N], the tissue's force and depth [N, m]
 //! * out: the force to send [N], in the same direction and not longer

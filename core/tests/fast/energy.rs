@@ -199,8 +199,8 @@ fn the_refill_goes_on_up_to_what_the_tissue_can_return() {
     assert!((balance_j - 23e-6).abs() < 0.1e-6, "the allowance and a tenth of a second of the refill: {balance_j}");
 }
 
-/// Longest displacement along a force of this length [N] that the account reserves for [m], from the
-/// force that it pays for out of an allowance, on a probe that has moved evenly [m per tick].
+/// Longest displacement along a force of this length [N] that the account reserves for [m], from
+/// the force that it pays for out of an allowance, on a probe that has moved evenly [m per tick].
 fn reserved_m(device: DeviceSpec, way_m: f32, asked_n: f32) -> f32 {
     let settings = AccountSettings { allowance_j: 1e-3, refill_w: 1.0, ..AccountSettings::DEFAULT };
     let mut port = Port::with(device, settings);

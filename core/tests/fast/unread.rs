@@ -140,8 +140,8 @@ fn every_missed_period_before_a_fault_is_charged() {
     }
 }
 
-/// A hand that leaves: a reading that is missing must not look like a hand at rest, whose damping is
-/// gone.
+/// A hand that leaves: a reading that is missing must not look like a hand at rest, whose damping
+/// is gone.
 #[test]
 fn a_position_that_was_not_read_says_nothing_about_the_velocity() {
     let mut bench = Bench::with(400.0, DeviceSpec { delay_ticks: 1, ..stylus() }, |_| ()).active();

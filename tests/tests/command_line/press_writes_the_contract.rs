@@ -272,8 +272,8 @@ fn without_a_command_the_default_block_is_pressed_into_out_press() {
     assert_eq!((&summary["scene"], &summary["nodes"]), (&"block".into(), &410.into()));
 }
 
-/// A virtual machine can lose its core in a few ticks. A patch that is too large is late more often,
-/// and an emulated board has no such excuse.
+/// A virtual machine can lose its core in a few ticks. A patch that is too large is late more
+/// often, and an emulated board has no such excuse.
 #[test]
 fn a_few_late_ticks_pass_on_a_desktop_and_none_on_a_board() {
     let drive = Drive::Depth { holds_m: vec![], ramp_m_per_s: 0.04, hold_s: 0.3 };

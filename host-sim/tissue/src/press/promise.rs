@@ -16,9 +16,9 @@ const FORCE_TOLERANCE: f64 = 0.02;
 const LATE_ONE_IN: usize = 100;
 
 impl Press {
-    /// Checks that the run has no fault, no start inside the tissue and no inverted tet, that no tick
-    /// of an emulated board and at most one in a hundred of a desktop is late, and that the force at the holds is positive, rises with depth and, for a force
-    /// drive, equals its target.
+    /// Checks that the run has no fault, no start inside the tissue and no inverted tet, that no
+    /// tick of an emulated board and at most one in a hundred of a desktop is late, and that the
+    /// force at the holds is positive, rises with depth and, for a force drive, equals its target.
     ///
     /// # Errors
     /// Returns the first check that fails.
