@@ -285,8 +285,8 @@ impl EnergyAccount {
     }
 
     /// Records a position and returns the displacement since the last tick [m], in which this force
-    /// acted [N]. A position that is not read is the last one that was, moved on at the pace between
-    /// the last two.
+    /// acted [N]. A position that is not read is the last one that was, moved on at the pace
+    /// between the last two.
     fn moved_to(&mut self, read_m: Option<Vector3<f32>>, acting_n: &Vector3<f32>) -> Vector3<f32> {
         self.unread_ticks += 1.0;
         let ago = self.unread_ticks;
@@ -468,8 +468,8 @@ impl Monitor for EnergyAccount {
         if self.balance_j < -self.bound.at_once_j { Err(Fault::EnergyCreated) } else { Ok(()) }
     }
 
-    /// Ends the contact and the forces on their way. The balance stays, or falls to the allowance if
-    /// it is above it, so that clearing a fault raises it by nothing.
+    /// Ends the contact and the forces on their way. The balance stays, or falls to the allowance
+    /// if it is above it, so that clearing a fault raises it by nothing.
     fn reset(&mut self) {
         self.released();
         self.pay_debt(self.withheld_j);

@@ -29,8 +29,8 @@ impl EnergyBound {
 impl EnergyAccount {
     /// The most that a hand on this device can be given beyond what it gave: the allowance, what is
     /// on its way when the hand turns more sharply than the account reserves for, and, for as long
-    /// as the loop runs, the refill (SAFETY.md). A device that misses so many periods in a row holds
-    /// its force through them, so that each is one more tick of delay.
+    /// as the loop runs, the refill (SAFETY.md). A device that misses so many periods in a row
+    /// holds its force through them, so that each is one more tick of delay.
     #[must_use]
     #[inline]
     pub fn bound(settings: &AccountSettings, device: &DeviceSpec, tick_s: f32, missed: u8) -> EnergyBound {
