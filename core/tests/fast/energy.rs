@@ -388,6 +388,9 @@ fn the_bound_grows_with_force_delay_lag_count_and_a_lighter_handle() {
     // 3.3 N over two ticks of flight and seven of window, at 200 m/s^2 and 73 m/s^2 of its own
     let way_m = (200.0 + 3.3 / 0.045) * 1e-6 * 2.0 * 0.5 * 9.0;
     assert!((base.at_once_j / (20e-6 + 3.3 * (way_m + 10e-6)) - 1.0).abs() < 1e-4, "{base:?}");
+    // a period that is missed is a tick of delay
+    let missed = EnergyAccount::bound(&AccountSettings::DEFAULT, &plain, 1e-3, 4);
+    assert_eq!(missed, bound(DeviceSpec { delay_ticks: 5, ..plain }));
 }
 
 /// The largest force on every place of the line fades behind the lag, while the probe moves further

@@ -3,8 +3,10 @@
 use std::collections::VecDeque;
 
 use palpate::Vector3;
-use palpate::haptic::cycle::Command;
+use palpate::haptic::account::AccountSettings;
+use palpate::haptic::cycle::{Ask, Command};
 use palpate::haptic::device::DeviceSpec;
+use palpate::haptic::mode::Mode;
 
 use crate::bench::{Bench, stylus};
 use crate::energy::Port;
@@ -164,14 +166,22 @@ fn a_position_that_was_not_read_says_nothing_about_the_velocity() {
 
 #[test]
 fn a_jump_of_the_sensor_is_charged_its_largest_error_and_credits_nothing() {
-    for jump_m in [-4e-3_f32, 4e-3] {
+    for (axis, jump_m) in [(0, 4e-3_f32), (1, -4e-3), (2, -4e-3), (2, 4e-3)] {
+        let along = |length: f32| {
+            let mut vector = Vector3::zeros();
+            vector[axis] = length;
+            vector
+        };
         let mut port = Port::new(0, 0.0, 0.0);
         let pace_m = -0.02e-3;
-        (0..10).for_each(|_| _ = port.step(pace_m, 1.0));
+        for _ in 0..10 {
+            port.moves(along(pace_m).into()).unwrap();
+            port.account.sent(along(1.0));
+        }
         let mut paid_m = |way_m: f32| {
             let before_j = port.account.energy().given_j;
-            _ = port.moves([0.0, 0.0, way_m]);
-            port.account.sent(Vector3::z());
+            _ = port.moves(along(way_m).into());
+            port.account.sent(along(1.0));
             port.account.energy().given_j - before_j
         };
         for (way_m, due_m) in [
@@ -190,7 +200,7 @@ fn a_jump_of_the_sensor_is_charged_its_largest_error_and_credits_nothing() {
             (pace_m, pace_m + 7.9 * SHARP_M),
         ] {
             let found_m = paid_m(way_m);
-            assert!((found_m - due_m).abs() < 1e-6, "{jump_m} m: moved by {way_m} m, {found_m} J paid, {due_m} due");
+            assert!((found_m - due_m).abs() < 1e-6, "axis {axis}, {jump_m} m: moved by {way_m} m, {found_m} J paid, {due_m} due");
         }
     }
 }
@@ -222,4 +232,74 @@ fn a_force_on_its_way_acts_and_none_does_once_the_device_is_released() {
     assert_eq!(bench.tick().applied_n, Vector3::zeros(), "outside");
     let fault = (0..3).find_map(|_| bench.at(bench.device.sensed.position_m.z + 6e-3).fault);
     assert_eq!(fault, Some(palpate::Fault::OverSpeed));
+}
+
+/// Longest displacement that a force of 10 N is paid for at rest [m], after ticks with and without a
+/// reading.
+fn paid_for_m(count_m: f32, reads: &[bool]) -> f32 {
+    let device = DeviceSpec { delay_ticks: 0, mass_kg: 5.0, count_m, ..stylus() };
+    let mut port = Port::with(device, AccountSettings::DEFAULT);
+    (0..1_000).for_each(|_| _ = port.step(0.0, 0.0));
+    for read in reads {
+        port.held = !read;
+        port.step(0.0, 0.0);
+    }
+    let paid_n = port.pays([0.0, 0.0, 10.0], 0.0).z;
+    port.account.energy().balance_j / paid_n
+}
+
+#[test]
+fn from_the_second_missing_reading_on_a_force_is_paid_for_the_error_of_the_pace() {
+    let sharp_m = (200.0 + 3.3 / 5.0) * 1e-6;
+    let (yes, no) = (true, false);
+    for count_m in [0.0, 50e-6] {
+        for (reads, ticks) in [
+            (&[yes][..], None),
+            (&[no], None),
+            (&[no, no], Some(3.0)),
+            (&[no, no, no, no], Some(5.0)),
+            // a pace over two ticks is older by half a tick
+            (&[no, yes], None),
+            (&[no, yes, no, no], Some(3.5)),
+        ] {
+            let astray_m = paid_for_m(count_m, reads) - paid_for_m(count_m, &[]);
+            let right_m = ticks.map_or(0.0, |ticks: f32| count_m + ticks * sharp_m);
+            assert!((astray_m - right_m).abs() < 2e-6, "{count_m} m, {reads:?}: {astray_m} m, not {right_m} m");
+        }
+    }
+}
+
+/// A hand that moves along the force in the tick in which the board finds a fault.
+#[test]
+fn the_tick_of_a_fault_that_the_board_finds_is_charged_by_its_reading() {
+    let owes_j = |way_m: f32| {
+        let mut bench = Bench::with(400.0, DeviceSpec { delay_ticks: 1, ..stylus() }, |_| ()).active();
+        // tissue that can return next to nothing, and a hand that moves across its force
+        bench.wall.answer = Some(crate::bench::pushing(1e-6, 1.0));
+        let mut force_n = 0.0;
+        for _ in 0..100 {
+            bench.device.sensed.position_m.x += 10e-6;
+            force_n = bench.tick().applied_n.z;
+        }
+        bench.device.sensed.position_m.z += way_m;
+        (force_n, bench.find(palpate::Fault::SupplyLow).energy.balance_j)
+    };
+    let (force_n, rests_j) = owes_j(0.0);
+    let (_, moved_j) = owes_j(0.2e-3);
+    assert!(
+        force_n > 0.2 && ((rests_j - moved_j) / (0.2e-3 * force_n) - 1.0).abs() < 0.01,
+        "{force_n} N, {rests_j} and {moved_j} J"
+    );
+}
+
+#[test]
+fn forces_on_their_way_end_when_the_loop_is_stopped() {
+    let mut bench = Bench::with(400.0, DeviceSpec { delay_ticks: 7, ..stylus() }, |_| ()).active();
+    bench.press_n(1.0);
+    bench.ask(Ask::Stop);
+    let ended = (0..1_000).find(|_| bench.tick().mode == Mode::Idle);
+    assert!(ended.is_some());
+    let given_j = bench.tick().energy.given_j;
+    let moves = |bench: &mut Bench| bench.at(bench.device.sensed.position_m.z + 0.1e-3).energy.given_j;
+    assert!((0..7).all(|_| moves(&mut bench) == given_j), "{given_j} J");
 }
