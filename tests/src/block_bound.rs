@@ -58,8 +58,8 @@ pub fn instructions(image: &FirmwareImage, blocks: &[[u32; 2]]) -> Vec<u32> {
 pub fn constant(image: &FirmwareImage, address: u32) -> Option<u32> {
     let [first, second] = [image.halfword_at(address)?, image.halfword_at(address + 2).unwrap_or(0)].map(u32::from);
     let (bytes, below) = match first {
-        0x4800..=0x4FFF => (4 * (first & 0xFF), false),             // ldr
-        0xF85F | 0xF8DF => (second & 0xFFF, first & 0x80 == 0),     // ldr.w
+        0x4800..=0x4FFF => (4 * (first & 0xFF), false),                            // ldr
+        0xF85F | 0xF8DF => (second & 0xFFF, first & 0x80 == 0),                    // ldr.w
         _ if first & 0xFF3F == 0xED1F => (4 * (second & 0xFF), first & 0x80 == 0), // vldr
         _ => return None,
     };
