@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use crate::firmware_image::FirmwareImage;
 use crate::instruction_mix::cycles_of;
-use crate::thumb::classify;
+use crate::thumb::{classify, is_wide};
 
 /// Most cycles of a Cortex-M4F in a tick, without waits for memory, from the addresses that each
 /// tick of a run executed.
@@ -17,7 +17,8 @@ use crate::thumb::classify;
 pub fn cycles(image: &FirmwareImage, ticks: &[Vec<u32>]) -> f64 {
     let instruction = |address: u32| {
         let second = image.halfword_at(address + 2).unwrap_or(0);
-        image.halfword_at(address).and_then(|first| classify(first, second)).expect("code of the image")
+        let first = image.halfword_at(address);
+        first.and_then(|first| classify(first, second)).unwrap_or_else(|| panic!("{first:x?} {second:x} at {address:#x}"))
     };
     let mut most: BTreeMap<u32, [u32; 2]> = BTreeMap::new(); // times that it ran, and that it jumped
     for executed in ticks {
@@ -39,15 +40,16 @@ pub fn cycles(image: &FirmwareImage, ticks: &[Vec<u32>]) -> f64 {
     most.into_iter().map(of).sum()
 }
 
-/// Addresses of the instructions in executed blocks, which are given by address and size.
+/// Addresses of the instructions in executed blocks, which are given by address and size. A place
+/// outside the image is the model's, to which interrupts return.
 #[must_use]
 pub fn instructions(image: &FirmwareImage, blocks: &[[u32; 2]]) -> Vec<u32> {
     let mut executed = Vec::new();
     for [mut at, bytes] in blocks.iter().copied() {
         let end = at + bytes;
-        while at < end {
+        while let Some(first) = image.halfword_at(at).filter(|_| at < end) {
             executed.push(at);
-            at += if image.halfword_at(at).is_some_and(|first| first >> 11 >= 0x1D) { 4 } else { 2 };
+            at += if is_wide(first) { 4 } else { 2 };
         }
     }
     executed
