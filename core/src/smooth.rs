@@ -22,7 +22,8 @@
 //! Otherwise it would drive the field with one share and follow it with another, and patches of 410
 //! nodes rang under a probe at rest.
 //!
-//! Nothing here is inlined: four copies of each loop would take 2 KB of a board's flash.
+//! All functions are `inline` so that a board's image compiles them for size, with the crate that
+//! opens patches.
 //!
 //! * in: the masses of [`crate::Params::build`]
 //! * out: `NodeStep::smooth` and the gains
@@ -89,7 +90,7 @@ pub(crate) fn gains(model: &Model, node_step: &[NodeStep], series: bool) -> Gain
     gains
 }
 
-#[inline(never)]
+#[inline]
 fn gain_of(model: &Model, node_step: &[NodeStep], field: usize, series: bool) -> f32 {
     let mut between = 0.0;
     for spring in model.springs {
@@ -105,14 +106,14 @@ fn gain_of(model: &Model, node_step: &[NodeStep], field: usize, series: bool) ->
 }
 
 /// Both ends of a spring and the mass between them, over `E dt`.
-#[inline(never)]
+#[inline]
 fn ends<'a>(spring: &Spring, node_step: &'a [NodeStep]) -> Option<(&'a NodeStep, &'a NodeStep, f32)> {
     let (a, b) = (node_step.get(usize::from(spring.i))?, node_step.get(usize::from(spring.j))?);
     Some((a, b, spring.k * (a.added + b.added) * (1.0 / NEIGHBOUR)))
 }
 
 /// Runs one round: every node takes the mean of its neighbours.
-#[inline(never)]
+#[inline]
 fn average(model: &Model, node_step: &mut [NodeStep], field: usize) {
     for node in node_step.iter_mut() {
         node.next = 0.0;
@@ -132,7 +133,7 @@ fn average(model: &Model, node_step: &mut [NodeStep], field: usize) {
 }
 
 /// Divides a field by its largest value; one that is zero or not finite becomes zero.
-#[inline(never)]
+#[inline]
 fn scale(node_step: &mut [NodeStep], field: usize) {
     let mut largest = 0.0_f32;
     for node in node_step.iter() {
@@ -148,7 +149,7 @@ fn scale(node_step: &mut [NodeStep], field: usize) {
 }
 
 /// Subtracts from a field its parts along the earlier fields.
-#[inline(never)]
+#[inline]
 fn clear_of_earlier(node_step: &mut [NodeStep], field: usize) {
     for earlier in 0..field {
         let own = product(node_step, earlier, earlier);
@@ -160,7 +161,7 @@ fn clear_of_earlier(node_step: &mut [NodeStep], field: usize) {
 }
 
 /// Inner product of two fields, weighted with the diagonal of the mass matrix, over `E dt`.
-#[inline(never)]
+#[inline]
 fn product(node_step: &[NodeStep], a: usize, b: usize) -> f32 {
     node_step.iter().filter(|node| node.step > 0.0).map(|node| at(node, a) * at(node, b) / node.step).sum()
 }

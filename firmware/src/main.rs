@@ -99,5 +99,5 @@ fn or_stop<T, E: defmt::Format>(result: Result<T, E>, what: &str) -> T {
 /// Not inlined, since each caller would contain it.
 #[inline(never)]
 fn stop_without(what: &str) -> ! {
-    board::stop(&Crash::panic(what, 0), format_args!("{what}: the log says why"))
+    board::stop(&Crash::panic(what, 0), format_args!("{}: the log says why", board::Plain(what)))
 }

@@ -85,7 +85,8 @@ fn finished(Result { last, state_hash, force_hash, periods }: &Result) {
     board::print(format_args!("earliest_start_ns={earliest} latest_start_ns={latest}"));
     board::print(format_args!("periods={periods} missed_periods={}", last.missed_periods));
     board::print(format_args!("stack_used={} stack_bytes={}", board::stack_used_bytes(), board::STACK_BYTES));
-    board::print(format_args!("mode={} fault={}", words::mode(last.mode), words::fault(last.fault)));
+    let [mode, fault] = [words::mode(last.mode), words::fault(last.fault)].map(board::Plain);
+    board::print(format_args!("mode={mode} fault={fault}"));
     board::print(format_args!(
         "state_hash={state_hash:016x} force_hash={force_hash:016x} ticks={ticks} overruns={overruns} faults={faults}"
     ));

@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use crate::firmware_image::FirmwareImage;
 use crate::instruction_mix::cycles_of;
-use crate::thumb::classify;
+use crate::thumb::{classify, is_wide};
 
 /// Most cycles of a Cortex-M4F in a tick, without waits for memory, from the addresses that each
 /// tick of a run executed.
@@ -17,7 +17,8 @@ use crate::thumb::classify;
 pub fn cycles(image: &FirmwareImage, ticks: &[Vec<u32>]) -> f64 {
     let instruction = |address: u32| {
         let second = image.halfword_at(address + 2).unwrap_or(0);
-        image.halfword_at(address).and_then(|first| classify(first, second)).expect("code of the image")
+        let first = image.halfword_at(address);
+        first.and_then(|first| classify(first, second)).unwrap_or_else(|| panic!("{first:x?} {second:x} at {address:#x}"))
     };
     let mut most: BTreeMap<u32, [u32; 2]> = BTreeMap::new(); // times that it ran, and that it jumped
     for executed in ticks {
@@ -39,32 +40,74 @@ pub fn cycles(image: &FirmwareImage, ticks: &[Vec<u32>]) -> f64 {
     most.into_iter().map(of).sum()
 }
 
-/// Flash of a chip, with the cache of its code.
+/// Addresses of the instructions in executed blocks, which are given by address and size. A place
+/// outside the image is the model's, to which interrupts return.
+#[must_use]
+pub fn instructions(image: &FirmwareImage, blocks: &[[u32; 2]]) -> Vec<u32> {
+    let mut executed = Vec::new();
+    for [mut at, bytes] in blocks.iter().copied() {
+        let end = at + bytes;
+        while let Some(first) = image.halfword_at(at).filter(|_| at < end) {
+            executed.push(at);
+            at += if is_wide(first) { 4 } else { 2 };
+        }
+    }
+    executed
+}
+
+/// Address in the code of the constant that an instruction reads, if it reads one.
+#[must_use]
+pub fn constant(image: &FirmwareImage, address: u32) -> Option<u32> {
+    let [first, second] = [image.halfword_at(address)?, image.halfword_at(address + 2).unwrap_or(0)].map(u32::from);
+    let (bytes, below) = match first {
+        0x4800..=0x4FFF => (4 * (first & 0xFF), false),                            // ldr
+        0xF85F | 0xF8DF => (second & 0xFFF, first & 0x80 == 0),                    // ldr.w
+        _ if first & 0xFF3F == 0xED1F => (4 * (second & 0xFF), first & 0x80 == 0), // vldr
+        _ => return None,
+    };
+    let from = (address + 4) & !3;
+    Some(if below { from - bytes } else { from + bytes })
+}
+
+/// Flash of a chip, with the caches of its code and constants.
 pub struct Flash {
-    /// Bytes that one read gives, which is also the length of a line of the cache.
+    /// Bytes that one read gives, which is also the length of a line of a cache.
     pub line_bytes: u32,
     /// Lines of code that the cache holds.
     pub lines: usize,
+    /// Lines of constants that the other cache holds.
+    pub constants: usize,
     /// Cycles that the core waits for a read.
     pub waits: u32,
 }
 
 impl Flash {
     /// STM32F446 at 180 MHz: RM0390, 3.4 and table 5.
-    pub const F446: Self = Self { line_bytes: 16, lines: 64, waits: 5 };
+    pub const F446: Self = Self { line_bytes: 16, lines: 64, constants: 8, waits: 5 };
     /// STM32G474 at 170 MHz with two banks: RM0440, 3.3 and table 9.
-    pub const G474: Self = Self { line_bytes: 8, lines: 128, waits: 4 };
+    pub const G474: Self = Self { line_bytes: 8, lines: 128, constants: 32, waits: 4 };
 
-    /// Cycles that code waits: for each line that is not among the last ones used.
+    /// Cycles that code waits: for each line that is not among the last ones used. Lines that a
+    /// prefetch would have read meanwhile are waited for as well.
     #[must_use]
     pub fn waited(&self, executed: impl IntoIterator<Item = u32>) -> f64 {
+        self.missed(executed, self.lines)
+    }
+
+    /// Cycles that constants in the code wait.
+    #[must_use]
+    pub fn waited_for_constants(&self, read: impl IntoIterator<Item = u32>) -> f64 {
+        self.missed(read, self.constants)
+    }
+
+    fn missed(&self, read: impl IntoIterator<Item = u32>, lines: usize) -> f64 {
         let mut kept: HashMap<u32, usize> = HashMap::new(); // line, and when it was used last
         let mut missed = 0;
-        for (now, address) in executed.into_iter().enumerate() {
+        for (now, address) in read.into_iter().enumerate() {
             if kept.insert(address / self.line_bytes, now).is_none() {
                 missed += 1;
                 let oldest = kept.iter().min_by_key(|(_, used)| **used).map(|(line, _)| *line);
-                if let Some(oldest) = oldest.filter(|_| kept.len() > self.lines) {
+                if let Some(oldest) = oldest.filter(|_| kept.len() > lines) {
                     kept.remove(&oldest);
                 }
             }
@@ -79,7 +122,7 @@ mod tests {
 
     #[test]
     fn a_loop_that_fits_the_cache_waits_once_and_a_longer_one_in_every_round() {
-        let flash = Flash { line_bytes: 16, lines: 4, waits: 5 };
+        let flash = Flash { line_bytes: 16, lines: 4, constants: 1, waits: 5 };
         let rounds = |bytes: u32| (0..10).flat_map(move |_| (0..bytes).step_by(2));
         assert_eq!(flash.waited(rounds(64)), 4.0 * 5.0);
         assert_eq!(flash.waited(rounds(80)), 10.0 * 5.0 * 5.0);

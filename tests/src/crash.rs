@@ -137,7 +137,7 @@ fn write(debugger: &mut Debugger, image: &FirmwareImage, planned: &Planned) -> i
     let trampoline = trampoline(planned, [first, second], address + 4);
     let displaced = BESIDE + 2 * trampoline.displaced as u32;
     debugger.write(BESIDE, &bytes(&trampoline.code))?;
-    debugger.write(CRASH, &bytes(&code(planned.crash, named("panic_already_borrowed", "")?, displaced)))?;
+    debugger.write(CRASH, &bytes(&code(planned.crash, named("panic_const_async_fn_resumed", "")?, displaced)))?;
     debugger.write(COUNTER, &planned.pass.to_le_bytes())?;
     let location = [LOCATION + 16, FILE.len() as u32 + 1, 1, 1].map(u32::to_le_bytes).concat();
     debugger.write(LOCATION, &[location, FILE.bytes().chain([0]).collect()].concat())?;

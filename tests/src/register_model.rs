@@ -88,6 +88,9 @@ pub struct Row {
     pub driven: bool,
     /// Number of resets so far, with the one at power-on.
     pub resets: u64,
+    /// Address and size [bytes] of each executed block, if the scenario traces this period; zeros
+    /// stand for the entry of an interrupt.
+    pub trace: Vec<[u32; 2]>,
 }
 
 impl Row {
@@ -109,6 +112,7 @@ impl Row {
             lost: number(&row["lost"]),
             driven: row["driven"] == true,
             resets: number(&row["resets"]),
+            trace: serde_json::from_value::<Vec<u32>>(row["trace"].clone()).unwrap_or_default().as_chunks().0.to_vec(),
         }
     }
 

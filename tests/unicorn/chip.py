@@ -64,6 +64,7 @@ class Chip:
     CYCLES_PER_READING = 64  # of the cycle counter, which must move, or delays would be endless
 
     def __init__(self, elf):
+        self.trace = []
         self.uc = Uc(UC_ARCH_ARM, UC_MODE_THUMB | UC_MODE_MCLASS)
         self.uc.ctl_set_cpu_model(self.CPU)
         for start, size in self.MEMORY:
@@ -257,6 +258,7 @@ class Chip:
         """Enters an interrupt: stacks core and floating-point registers, as without lazy stacking."""
         self.pending.discard(irq)
         self.active.append(irq)
+        self.trace += [0, 0]
         self.uc.reg_write(UC_ARM_REG_PC, self.pc)
         words = [self.uc.reg_read(register) for register in FRAME]
         words[6] = self.pc
@@ -317,6 +319,12 @@ class Chip:
         self.uc.ctl_flush_tb()
         return self.uc.hook_add(UC_HOOK_BLOCK, count)
 
+    def trace_blocks(self):
+        """Keeps the executed blocks from now on: their addresses and sizes, and zeros for the entry of an interrupt."""
+        self.traces = True
+        self.uc.ctl_flush_tb()
+        self.uc.hook_add(UC_HOOK_BLOCK, lambda _uc, address, size, _: self.trace.extend((address, size)))
+
     # time
 
     def run_until_sleep(self, most=0):
@@ -375,7 +383,7 @@ class Chip:
         self.pending |= self.raises()
         return True
 
-    stored = False
+    stored = traces = False
     cycles, longest_unfed, unfed = 0, 0, None
     power_fails_in = 0  # operations of the flash
 

@@ -13,6 +13,7 @@ whose name contains `symbol` by an endless loop until the watchdog's reset, `har
 supply is low, the board is going to `restart` itself and the power fails during operation number `power_fails_in` of the
 flash, or the `power` fails at once. `values` are registers that differ after a reset, `cycles_per_reading` is the speed
 of the cycle counter, and `count` asks for the instructions between two feedings of the watchdog during start-up.
+From period `trace` on, rows contain the executed blocks.
 """
 
 import json
@@ -38,6 +39,9 @@ def row(chip: Chip, events):
         "driven": "driving" in events,
         "resets": chip.resets,
     } | {name: events.count(name) for name in ("fed", "restart", "lost", "flash")}
+    if chip.traces:
+        line["trace"] = chip.trace[:]
+    chip.trace.clear()
     chip.taken.clear()
     chip.sent.clear()
     events.clear()
@@ -88,6 +92,8 @@ def main():
         tell(row(chip, chip.journal))
         for number, line in enumerate(sys.stdin):
             period = json.loads(line)
+            if number == scenario.get("trace"):
+                chip.trace_blocks()
             chip.encoders = period["counts"]
             chip.to_board += bytes.fromhex(period["bytes"])
             event = events.get(number, {})

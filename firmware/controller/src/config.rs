@@ -344,6 +344,28 @@ mod tests {
     }
 
     #[test]
+    fn wherever_an_erasure_or_a_write_is_cut_off_the_profile_before_stays() {
+        let profile = |day| Profile { commissioned_day: day, ..Profile::desktop() };
+        let mut before = Ram([[0xFF; SLOT_BYTES]; 2]);
+        assert_eq!([1, 2].map(|day| store(&mut before, &profile(day))), [Ok(1), Ok(2)]);
+        let mut complete = Ram(before.0);
+        assert_eq!(store(&mut complete, &profile(3)), Ok(3));
+        let (old, new, erased) = (before.0[0], complete.0[0], [0xFF; SLOT_BYTES]);
+        for (from, to) in [(old, erased), (erased, new)] {
+            for (cut, half) in (0..SLOT_BYTES).flat_map(|cut| [0x00, 0x0F, 0xAA, 0xFF].map(|half| (cut, half))) {
+                let mut flash = Ram(before.0);
+                flash.0[0][..cut].copy_from_slice(&to[..cut]);
+                flash.0[0][cut] = from[cut] & !half | to[cut] & half;
+                flash.0[0][cut + 1..].copy_from_slice(&from[cut + 1..]);
+                let day = if flash.0[0] == new { 3 } else { 2 };
+                let kept = load(&flash).map(|kept| kept.0.commissioned_day);
+                assert_eq!(kept, Some(day), "cut off in byte {cut}, {half:x}");
+                assert!(store(&mut flash, &profile(4)).is_ok(), "and the next one is stored");
+            }
+        }
+    }
+
+    #[test]
     fn the_longest_profile_fits_its_slot_and_comes_back() {
         let device = Port::DESKTOP.limits();
         let mut profile = Profile::of(&Settings::safe(&device), &device);

@@ -10,8 +10,9 @@ use palpate_tests::disassembly::sections;
 use palpate_tests::emulator::{Run, build_firmware};
 use palpate_tests::flash_patch::in_flash;
 
-/// Largest size of the image in flash, without the patch [bytes].
-const FLASH: u64 = 141 * 1024;
+/// Largest size of the image in flash, without the patch [bytes]. It contains the paths of seven
+/// files in cargo's folder, so it grows by 7 bytes with each letter of that folder's path.
+const FLASH: u64 = 132 * 1024;
 /// RAM of the board, which has to hold all reserved memory and the stack [bytes].
 const RAM: u64 = 128 * 1024;
 

@@ -138,7 +138,7 @@ pub(super) fn answer(
         // by value: passed by reference, the load would stay in memory, at 2 % more instructions
         load.add(&settle_remembering(model, tuned, state, centre, velocity_m_per_s));
     } else {
-        settle::<false, false>(model, tuned, state, centre, velocity_m_per_s, load);
+        settle::<false>(model, tuned, state, centre, velocity_m_per_s, load);
     }
     // points were summed relative to the probe's centre
     load.point += centre * load.push;
@@ -212,23 +212,20 @@ fn settle_remembering(
     velocity_m_per_s: Vector3<f32>,
 ) -> Load {
     let mut load = Load::NONE;
-    // each copy takes 2 KB of a board's flash, so relaxation has no copy without friction: there
-    // friction is tested at every node
+    // one copy, because each takes 2 KB of a board's flash: it tests at every node what is there
+    settle::<true>(model, tuned, state, centre, velocity_m_per_s, &mut load);
     if tuned.relaxes() {
-        settle::<true, true>(model, tuned, state, centre, velocity_m_per_s, &mut load);
         relaxation::fade(tuned, state);
-    } else {
-        settle::<false, true>(model, tuned, state, centre, velocity_m_per_s, &mut load);
     }
     load
 }
 
-/// Evaluates the push at every touched node at the end of the substep. With `RELAXING` the push is
-/// left in `node.pass` for [`relaxation::fade`], which fades only the elastic forces. With
-/// `RUBBING` the force along the surface is treated in the same way; the load contains the push
-/// alone.
+/// Evaluates the push at every touched node at the end of the substep. In tissue that relaxes the
+/// push is left in `node.pass` for [`relaxation::fade`], which fades only the elastic forces. The
+/// force along the surface of a probe that rubs is treated in the same way; the load contains the
+/// push alone. Without `REMEMBERING` there is neither.
 #[inline(always)]
-fn settle<const RELAXING: bool, const RUBBING: bool>(
+fn settle<const REMEMBERING: bool>(
     model: &Model,
     tuned: &Tuned,
     state: &mut State,
@@ -236,6 +233,7 @@ fn settle<const RELAXING: bool, const RUBBING: bool>(
     velocity_m_per_s: Vector3<f32>,
     load: &mut Load,
 ) {
+    let (relaxes, rubs) = (REMEMBERING && tuned.relaxes(), REMEMBERING && tuned.rubs());
     let mut met = 0;
     for &index in state.candidates.iter().take(state.near) {
         let Some(triangle) = model.triangles.get(usize::from(index)) else { continue };
@@ -246,14 +244,13 @@ fn settle<const RELAXING: bool, const RUBBING: bool>(
                 continue;
             };
             if node.slope > 0.0 {
-                let faded = if RELAXING { state.faded.get(n) } else { None };
+                let faded = if relaxes { state.faded.get(n) } else { None };
                 let (f, push, free) = match faded {
                     Some(faded) => implicit_relaxing(node, faded, inertia.step, tuned, velocity_m_per_s),
                     None => implicit(node, inertia.step, tuned, velocity_m_per_s),
                 };
                 let mut on_node = f;
-                if RUBBING
-                    && tuned.rubs()
+                if rubs
                     && push > 0.0
                     && let Some(bristle) = friction::claim(state.bristles, &mut state.rubbing, met, n as u16)
                 {
@@ -278,7 +275,7 @@ fn settle<const RELAXING: bool, const RUBBING: bool>(
                 if tuned.fields {
                     node.free = free;
                 }
-                if RELAXING {
+                if relaxes {
                     node.pass = row(on_node);
                 } else {
                     node.pass = [0.0; ROW];
@@ -291,7 +288,7 @@ fn settle<const RELAXING: bool, const RUBBING: bool>(
             }
         }
     }
-    if RUBBING {
+    if REMEMBERING {
         state.rubbing = met;
     }
 }

@@ -31,28 +31,21 @@ use crate::params::Tuned;
 /// before it. `None` if the memory is full: the node then slides freely.
 #[inline(always)]
 pub(super) fn claim<'b>(bristles: &'b mut [Bristle], live: &mut usize, met: usize, node: u16) -> Option<&'b mut Bristle> {
-    let front = *bristles.get(met)?;
-    let found = bristles.iter().take(*live).skip(met).position(|bristle| bristle.node == node);
-    let claimed = match found {
-        Some(behind) => {
-            let slot = bristles.get_mut(met + behind)?;
-            core::mem::replace(slot, front)
+    let (front, others) = bristles.get_mut(met..)?.split_first_mut()?;
+    let others_live = (*live).checked_sub(met + 1);
+    if others_live.is_none() || front.node != node {
+        let old = others.iter().take(others_live.unwrap_or(0)).position(|bristle| bristle.node == node);
+        // if there is no room at the end, the front bristle is lost; its node has not been found in
+        // this substep
+        if let Some(place) = old.or(others_live).and_then(|n| others.get_mut(n)) {
+            core::mem::swap(front, place);
+            *live += usize::from(old.is_none());
         }
-        None => {
-            if met < *live {
-                // if there is no room at the end, the front bristle is lost; its node has not been
-                // found in this substep
-                if let Some(end) = bristles.get_mut(*live) {
-                    *end = front;
-                    *live += 1;
-                }
-            }
-            Bristle { node, ..Bristle::ZERO }
+        if old.is_none() {
+            *front = Bristle { node, ..Bristle::ZERO };
         }
-    };
-    let slot = bristles.get_mut(met)?;
-    *slot = claimed;
-    Some(slot)
+    }
+    Some(front)
 }
 
 /// Factor below which a rise of the slope is rounding noise (1). Shortening the bristle at each

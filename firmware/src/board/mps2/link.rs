@@ -1,16 +1,16 @@
 //! The task that the emulator's command line names, and its link: two files of the emulator's host,
 //! or the UART.
 
-use core::{cell::RefCell, ffi::CStr};
+use core::ffi::CStr;
 
-use embassy_sync::blocking_mutex::{Mutex, raw::CriticalSectionRawMutex};
 use palpate_controller::force_out::Outputs;
 use palpate_controller::script::{LEAD_TICKS, Script};
 use semihosting::fs::File;
 use semihosting::io::{self, Read as _, Write as _};
 
 use super::{hand, uart};
-use crate::board::{Duty, queues};
+use crate::board::Duty;
+use crate::board::queues::{self, Shared};
 use palpate_controller::serve::Pace;
 
 /// The task if the emulator's command line names none.
@@ -32,19 +32,13 @@ pub fn duty() -> Duty {
     let mut words = (&arguments).filter_map(core::result::Result::ok).skip(1);
     let first = words.next();
     if let Some("lock-step" | "paced") = first {
-        let mut open = |how: fn(&CStr) -> io::Result<File>| {
-            let mut path = [0_u8; 256];
-            let word = words.next()?.as_bytes();
-            path.get_mut(..word.len())?.copy_from_slice(word);
-            how(CStr::from_bytes_until_nul(&path).ok()?).ok()
-        };
-        let (input, output) = (open(|path| File::open(path)), open(|path| File::create(path)));
-        let pins = open(|path| File::create(path));
+        let input = open(words.next(), |path| File::open(path));
+        let [output, pins] = [(); 2].map(|()| open(words.next(), |path| File::create(path)));
         let (Some(input), Some(output)) = (input, output) else {
             super::print(format_args!("two FIFOs are needed: IN OUT [PINS]"));
             super::exit(false)
         };
-        FILES.lock(|link| *link.borrow_mut() = Some(Files { input, output, pins }));
+        FILES.with(|link| *link = Some(Files { input, output, pins }));
         if first == Some("paced") {
             hand::to(&[0; 12], false);
             return Duty::Serve(Pace::Timed);
@@ -62,6 +56,14 @@ pub fn duty() -> Duty {
     })
 }
 
+/// Not inlined, since the image would contain three copies.
+#[inline(never)]
+fn open(word: Option<&str>, how: fn(&CStr) -> io::Result<File>) -> Option<File> {
+    let (mut path, word) = ([0_u8; 256], word?.as_bytes());
+    path.get_mut(..word.len())?.copy_from_slice(word);
+    how(CStr::from_bytes_until_nul(&path).ok()?).ok()
+}
+
 /// The files of a lock-step or paced link, in the host's file system.
 struct Files {
     input: File,
@@ -73,15 +75,13 @@ struct Files {
 }
 
 /// With `None` the link is the UART.
-static FILES: Mutex<CriticalSectionRawMutex, RefCell<Option<Files>>> = Mutex::new(RefCell::new(None));
+static FILES: Shared<Option<Files>> = Shared::new(None);
 
 /// Reads bytes from the host. In lock-step the whole emulated machine stops until some arrive, and
 /// 0 means that the host has gone.
 pub fn link_read(bytes: &mut [u8]) -> usize {
-    let from_file = FILES.lock(|link| {
-        link.borrow_mut()
-            .as_mut()
-            .map(|files| if hand::is_there() { paced(files, bytes) } else { files.input.read(bytes).unwrap_or(0) })
+    let from_file = FILES.with(|link| {
+        link.as_mut().map(|files| if hand::is_there() { paced(files, bytes) } else { files.input.read(bytes).unwrap_or(0) })
     });
     from_file.unwrap_or_else(|| queues::read(bytes))
 }
@@ -122,13 +122,13 @@ fn paced(Files { input, pins, .. }: &mut Files, bytes: &mut [u8]) -> usize {
 
 /// Number of bytes that the link would accept now; a file accepts any number.
 pub fn link_room() -> usize {
-    if FILES.lock(|link| link.borrow().is_some()) { usize::MAX } else { queues::room() }
+    if FILES.with(|link| link.is_some()) { usize::MAX } else { queues::room() }
 }
 
 /// Sends bytes to the host.
 pub fn link_write(bytes: &[u8]) {
     // a host that no longer reads is noticed at the next read from it
-    let to_file = FILES.lock(|link| link.borrow_mut().as_mut().map(|files| files.output.write_all(bytes)));
+    let to_file = FILES.with(|link| link.as_mut().map(|files| files.output.write_all(bytes)));
     if to_file.is_none() {
         uart::write(bytes);
     }
