@@ -1,6 +1,8 @@
 //! Indentations with known constants: our finite elements on a finer mesh than `identify` uses, and
 //! the integrals of Lee and Radok and of Ting, where `identify` steps Maxwell chains.
 
+use std::fmt;
+
 use palpate_fit::half_space::HalfSpace;
 use palpate_fit::identify::elastic::{Elastic, Setup};
 use palpate_fit::identify::model::Tissue;
@@ -8,7 +10,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
 /// Size of the elements over the contact radius, and what `identify` uses is coarser.
-const FINENESS: f64 = 0.09;
+const FINENESS: f64 = 0.08;
 
 /// A test that is made up.
 #[derive(Clone, Debug)]
@@ -33,16 +35,88 @@ fn uniform(random: &mut Xoshiro256PlusPlus) -> f64 {
     ((random.next_u64() >> 11) as f64 + 0.5) / 9_007_199_254_740_992.0
 }
 
-/// A number between two, evenly in its logarithm.
-pub fn between(random: &mut Xoshiro256PlusPlus, low: f64, high: f64) -> f64 {
+/// Number between two, drawn evenly in its logarithm.
+fn between(random: &mut Xoshiro256PlusPlus, low: f64, high: f64) -> f64 {
     low * (high / low).powf(uniform(random))
 }
 
+/// Counts of cases.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Tally {
+    cases: f64,
+    inside: f64,
+    right: f64,
+    told: f64,
+    told_right: f64,
+}
+
+impl Tally {
+    /// Adds a value that was made with `truth` and should be within `most` of it.
+    pub fn add(&mut self, truth: f64, value: f64, [low, high]: [f64; 2], most: f64, told: bool) {
+        let count = |so: bool| f64::from(u8::from(so));
+        let right = (value - truth).abs() <= most;
+        self.cases += 1.0;
+        self.inside += count(low <= truth && truth <= high);
+        self.right += count(right);
+        self.told += count(told);
+        self.told_right += count(told && right);
+    }
+
+    /// Share of cases whose truth lies in the interval (1).
+    #[must_use]
+    pub fn inside(&self) -> f64 {
+        self.inside / self.cases
+    }
+
+    /// Share of the told values that are right (1).
+    #[must_use]
+    pub fn told_right(&self) -> f64 {
+        self.told_right / self.told
+    }
+}
+
+impl fmt::Display for Tally {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let share = |part: f64| part / self.cases;
+        write!(
+            f,
+            "{} cases: truth inside the interval in {:.2}, within the target in {:.2}; told in {:.2}, of which within in {:.2}",
+            self.cases,
+            self.inside(),
+            share(self.right),
+            share(self.told),
+            self.told_right()
+        )
+    }
+}
+
 impl Indentation {
+    /// A case of the study: thickness 5 to 40 mm, tip 2 to 10 mm, noise 1 to 3 %, one term or two.
+    #[must_use]
+    pub fn drawn(case: u64) -> Self {
+        let mut random = Xoshiro256PlusPlus::seed_from_u64(case);
+        let mut draw = |low: f64, high: f64| between(&mut random, low, high);
+        let (thick_m, ball_m) = (draw(5e-3, 40e-3), draw(2e-3, 10e-3));
+        let depth_m = (draw(0.3, 0.9) * ball_m).min(0.4 * thick_m);
+        let (stiffening_b, press_s, hold_s) = (draw(0.3, 8.0), draw(0.5, 4.0), draw(8.0, 30.0));
+        let shares = [draw(0.1, 0.35), draw(0.1, 0.35)];
+        let slow = [(shares[0], draw(0.3, 1.0)), (shares[1], draw(3.0, 10.0))];
+        let wide_m = 0.1_f64.max(4.0 * thick_m);
+        Self {
+            setup: Setup { ball_m, block_m: [wide_m, wide_m, thick_m], poisson_ratio: 0.45 },
+            tissue: Tissue { youngs_modulus_pa: draw(2e3, 100e3), stiffening_b, terms: slow[(case % 2) as usize..].to_vec() },
+            depth_m,
+            durations_s: [0.3 * press_s, press_s, hold_s, 0.0],
+            rate_hz: 30.0,
+            noise: draw(0.01, 0.03),
+            seed: case,
+        }
+    }
+
     /// Rows of time [s], depth [m] and force [N]. Depths are counted from where the tip starts.
     #[must_use]
     pub fn rows(&self) -> Vec<[f64; 3]> {
-        let curve = Elastic::solve_at(&self.setup, self.depth_m, &[self.tissue.stiffening_b], FINENESS).unwrap();
+        let curve = Elastic::solve_with(&self.setup, self.depth_m, &[self.tissue.stiffening_b], FINENESS).unwrap();
         let curve = curve.at(self.tissue.stiffening_b);
         let [before_s, press_s, hold_s, retreat_s] = self.durations_s;
         let dt_s = 1.0 / self.rate_hz;
@@ -69,6 +143,16 @@ impl Indentation {
             [n as f64 * dt_s, depths[n] + speed * before_s, force + self.noise * most_n * normal]
         };
         clean.into_iter().enumerate().map(row).collect()
+    }
+
+    /// The rows as the file of the guide.
+    #[must_use]
+    pub fn csv(&self) -> String {
+        let head = "# Made up by a program (tests/src/indentation.rs), not measured: E = 12 kPa, b = 0.3, one relaxation term of\n\
+                    # share 0.2 and 2 s, nu = 0.45, noise 1 %; a ball of radius 4 mm on a slab of 50 x 50 x 10 mm.\n\
+                    time_s,depth_mm,force_mN\n";
+        let rows = self.rows().into_iter().map(|[t, d, f]| format!("{t:.3},{:.4},{:.3}\n", d * 1e3, f * 1e3));
+        rows.fold(head.to_owned(), |text, row| text + &row)
     }
 
     /// The data set of the guide.

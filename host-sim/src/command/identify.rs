@@ -1,5 +1,6 @@
 //! `palpate identify`: from measured forces to a scene, with what the data cannot say.
 
+mod patch;
 mod report;
 mod scene;
 
@@ -69,7 +70,11 @@ impl IdentifyArgs {
         report::print(self, &found, &records, &notes);
         let out = folder.publish()?;
         println!("\nwrote {}: summary.json, identified.toml, fit.csv, identified.svg and .png", out.display());
-        println!("next: {}", scene::next(&out, &found));
+        if self.fit {
+            patch::fit_and_judge(&out.join(scene::name(&found)), &out.join("board"), &found, &records)?;
+        } else {
+            println!("next: palpate fit --scene {} --board {}", out.join(scene::name(&found)).display(), patch::BOARD);
+        }
         verdict.last()
     }
 

@@ -78,8 +78,8 @@ impl Cylinder {
             at.windows(2).for_each(|pair| nodes.extend([pair[0].midpoint(pair[1]), pair[1]]));
             nodes
         };
-        let r_m = halved(graded(self.radius_m, fine_m, 1.15 * contact_m, 1.35));
-        let z_m = halved(graded(self.height_m, fine_m, 0.5 * contact_m, 1.35));
+        let r_m = halved(graded(self.radius_m, fine_m, 1.15 * contact_m, 1.45));
+        let z_m = halved(graded(self.height_m, fine_m, 0.5 * contact_m, 1.45));
         let mut mesh = Mesh { of: self, softer: 1.0, width: 2 * (2 * z_m.len() + 3), r_m, z_m };
         let mut u = vec![0.0; 2 * mesh.r_m.len() * mesh.z_m.len()];
         let mut before = (u.clone(), 0.0);
@@ -250,9 +250,9 @@ impl Mesh<'_> {
                     }
                 }
                 if tangent {
-                    for m in 0..18 {
-                        for n in 0..=m {
-                            self.add(&mut sum, 2 * nodes[m / 2] + m % 2, 2 * nodes[n / 2] + n % 2, local[m][n]);
+                    for (m, row) in local.iter().enumerate() {
+                        for (n, value) in row.iter().enumerate().take(m + 1) {
+                            self.add(&mut sum, 2 * nodes[m / 2] + m % 2, 2 * nodes[n / 2] + n % 2, *value);
                         }
                     }
                 }
@@ -326,9 +326,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     let (ca, cb) = (a.chunks_exact(8), b.chunks_exact(8));
     let rest: f64 = ca.remainder().iter().zip(cb.remainder()).map(|(a, b)| a * b).sum();
     for (a, b) in ca.zip(cb) {
-        for k in 0..8 {
-            sums[k] += a[k] * b[k];
-        }
+        sums.iter_mut().zip(a.iter().zip(b)).for_each(|(sum, (a, b))| *sum += a * b);
     }
     rest + sums.iter().sum::<f64>()
 }

@@ -11,12 +11,12 @@ use rayon::prelude::{IntoParallelIterator, ParallelIterator};
 use super::axial::Cylinder;
 
 /// Number of solved depths, and number of terms of the polynomial.
-const DEPTHS: usize = 12;
+const DEPTHS: usize = 14;
 const TERMS: usize = 6;
 /// Square root of the first solved depth over that of the deepest.
 const FIRST: f64 = 0.22;
-/// Size of elements, divided by the largest contact radius.
-const FINENESS: f64 = 0.15;
+/// Size of the elements, divided by the largest contact radius.
+const FINENESS: f64 = 0.12;
 /// Exponents at which forces are solved, evenly spaced in ln(1 + b).
 pub const EXPONENTS: [f64; 5] = [0.0, 1.0, 3.0, 7.0, 15.0];
 
@@ -52,7 +52,7 @@ pub struct Elastic {
     polynomials: Vec<[f64; TERMS]>,
 }
 
-/// The same at one exponent.
+/// Curve at one exponent.
 #[derive(Clone, Copy, Debug)]
 pub struct Curve {
     deepest_m: f64,
@@ -71,12 +71,18 @@ impl Elastic {
     /// Solves a ball on a slab to a depth [m]; `None` if some press finds no equilibrium.
     #[must_use]
     pub fn solve(setup: &Setup, deepest_m: f64) -> Option<Self> {
-        Self::solve_at(setup, deepest_m, &EXPONENTS, FINENESS)
+        Self::solve_at(setup, deepest_m, &EXPONENTS)
     }
 
-    /// Solves with other exponents and another size of elements.
+    /// Solves at these exponents.
     #[must_use]
-    pub fn solve_at(setup: &Setup, deepest_m: f64, exponents: &[f64], fineness: f64) -> Option<Self> {
+    pub fn solve_at(setup: &Setup, deepest_m: f64, exponents: &[f64]) -> Option<Self> {
+        Self::solve_with(setup, deepest_m, exponents, FINENESS)
+    }
+
+    /// Solves with elements of another size, divided by the largest contact radius.
+    #[must_use]
+    pub fn solve_with(setup: &Setup, deepest_m: f64, exponents: &[f64], fineness: f64) -> Option<Self> {
         let depths_m = depths_m(deepest_m);
         let solve = |b: &f64| (*b, setup.cylinder(*b, fineness).forces_m2(&depths_m));
         let solved: Vec<(f64, Vec<f64>)> = exponents.to_vec().into_par_iter().map(|b| solve(&b)).collect();
@@ -109,7 +115,7 @@ impl Elastic {
         self.exponents.last().copied().unwrap_or(0.0)
     }
 
-    /// The curve at an exponent.
+    /// Curve at an exponent.
     #[must_use]
     pub fn at(&self, b: f64) -> Curve {
         let x = |b: f64| b.ln_1p();

@@ -12,6 +12,8 @@ use super::record::Record;
 
 /// Residual, in standard deviations, from which the loss grows linearly.
 const ROBUST: f64 = 2.5;
+/// Least deviation of the noise, over the peak, in the first round (1).
+const START_NOISE: f64 = 0.02;
 /// Largest number of Prony terms, which is that of a scene.
 pub const MOST_TERMS: usize = 3;
 /// Largest share of what is left after the faster terms that one term may relax (1).
@@ -150,7 +152,8 @@ impl<'a> Problem<'a> {
         let press_s = records.iter().map(|r| r.span_m() / r.speed_m_per_s()).fold(f64::MAX, f64::min);
         let fast_s = (2.0 * step_s.fold(f64::MAX, f64::min)).max(press_s / 20.0);
         let times_s = settings.times_s.unwrap_or([fast_s, 3.0 * longest_s]);
-        let sigma = |record: &Record| record.noise_n.max(2e-4 * record.force_n.iter().copied().fold(0.0, f64::max));
+        // far from the answer a loss that is linear beyond the noise has no slope to follow
+        let sigma = |record: &Record| record.noise_n.max(START_NOISE * record.force_n.iter().copied().fold(0.0, f64::max));
         let sigma_n = records.iter().map(sigma).collect();
         Self { elastic, records, rows, sigma_n, settings, times_s }
     }
@@ -178,7 +181,8 @@ impl<'a> Problem<'a> {
         for (of, record) in self.records.iter().enumerate() {
             self.forces(p, terms, of, forces, depths);
             for (force, measured) in forces.iter().zip(&record.force_n) {
-                let r = (force - measured) / self.sigma_n[of];
+                // a row whose force is missing only moves the tip
+                let r = if measured.is_nan() { 0.0 } else { (force - measured) / self.sigma_n[of] };
                 out[at] = r.signum() * ROBUST * (2.0 * ((1.0 + (r / ROBUST).powi(2)).sqrt() - 1.0)).sqrt();
                 at += 1;
             }
@@ -300,7 +304,8 @@ impl<'a> Problem<'a> {
         let (mut own, mut next) = (0.0, 0.0);
         for of in 0..self.records.len() {
             self.forces(&fit.p, fit.terms, of, &mut forces, &mut depths);
-            let r: Vec<f64> = forces.iter().zip(&self.records[of].force_n).map(|(a, b)| a - b).collect();
+            let r = forces.iter().zip(&self.records[of].force_n).map(|(a, b)| a - b);
+            let r: Vec<f64> = r.filter(|r| !r.is_nan()).collect();
             own += r.iter().map(|r| r * r).sum::<f64>();
             next += r.windows(2).map(|w| w[0] * w[1]).sum::<f64>();
         }
@@ -311,17 +316,19 @@ impl<'a> Problem<'a> {
     /// Fits all numbers of terms and returns the one that the criterion chooses.
     #[must_use]
     pub fn solve(&mut self) -> Option<Fitted> {
-        let most = self.ladder().pop()?;
+        let first = self.ladder();
+        let most = first.iter().min_by(|a, b| a.chi.total_cmp(&b.chi))?;
         // the spread that the largest model leaves is the noise
         for of in 0..self.records.len() {
             let (mut forces, mut depths) = (Vec::new(), Vec::new());
             self.forces(&most.p, most.terms, of, &mut forces, &mut depths);
-            let mut off: Vec<f64> = forces.iter().zip(&self.records[of].force_n).map(|(a, b)| (a - b).abs()).collect();
+            let off = forces.iter().zip(&self.records[of].force_n).map(|(a, b)| (a - b).abs());
+            let mut off: Vec<f64> = off.filter(|off| !off.is_nan()).collect();
             off.sort_by(f64::total_cmp);
             let least_n = 1e-5 * self.records[of].force_n.iter().copied().fold(0.0, f64::max);
             self.sigma_n[of] = (off[off.len() / 2] / 0.6745).max(least_n);
         }
-        let fits = self.ladder();
+        let fits: Vec<Fitted> = first.iter().filter_map(|fit| Some(self.sorted(self.least(&fit.p, fit.terms, None)?))).collect();
         let inflation = self.inflation(fits.last()?);
         let n = self.points() as f64 / inflation;
         let criterion = |fit: &Fitted| {

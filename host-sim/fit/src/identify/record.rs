@@ -5,13 +5,23 @@ mod columns;
 
 use std::ops::Range;
 
+use nalgebra::{Matrix3, Vector3};
+
 pub use columns::{Table, known};
 
 /// Fewest rows of a test.
 const FEWEST_ROWS: usize = 20;
-/// Force at contact, in standard deviations of the noise, and largest share of the peak (1).
-const CONTACT_NOISES: f64 = 4.0;
-/// Largest change of the force before contact, as a share of the peak (1).
+/// Rise of the force, in standard deviations of its noise, and over its level (1), that counts as
+/// contact.
+const LEAST_NOISES: f64 = 12.0;
+const LEAST_RISE: f64 = 0.2;
+/// Share of the rise of the force up to which rows are used to find contact (1).
+const CONTACT_SHARE: f64 = 0.3;
+/// Largest number of rows among which contact is looked for.
+const MOST_TRIED: usize = 300;
+/// Number of rows before contact from which the zero of the force and its drift are known.
+const FEWEST_BEFORE: usize = 8;
+/// Largest change of the force by drift until the peak, as a share of the peak (1).
 const MOST_DRIFT: f64 = 0.05;
 /// Share of the deepest depth by which it must fall to count as a retreat (1).
 const FALL: f64 = 0.015;
@@ -68,7 +78,63 @@ fn noise(values: &[f64]) -> f64 {
     second.get(second.len() / 2).map_or(0.0, |median| median / 0.6745 / 6_f64.sqrt())
 }
 
+/// First contact, and the force before it.
+struct Touch {
+    row: usize,
+    zero_n: f64,
+    drift_n_per_s: f64,
+}
+
+impl Touch {
+    /// Finds the row from which a drifting level and Hertz's force after the row are nearest to the
+    /// forces.
+    fn find(rows: &[[f64; 3]]) -> Self {
+        let stride = rows.len().div_ceil(MOST_TRIED);
+        let rows: Vec<[f64; 3]> = rows.iter().step_by(stride).copied().collect();
+        let mut best = (f64::MAX, Self { row: 0, zero_n: 0.0, drift_n_per_s: 0.0 });
+        for row in 0..rows.len() - 4 {
+            let level = if row < FEWEST_BEFORE { 0.0 } else { 1.0 };
+            let basis =
+                |[t, d, _]: &[f64; 3]| Vector3::new(level, level * (t - rows[0][0]), (d - rows[row][1]).max(0.0).powf(1.5));
+            let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
+            for at in &rows {
+                normal += basis(at) * basis(at).transpose();
+                right += basis(at) * at[2];
+            }
+            if level == 0.0 {
+                normal += Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, 0.0));
+            }
+            let Some(found) = normal.lu().solve(&right) else { continue };
+            let off: f64 = rows.iter().map(|at| (found.dot(&basis(at)) - at[2]).powi(2)).sum();
+            if off < best.0 && found.z > 0.0 {
+                best = (off, Self { row: row * stride, zero_n: found.x, drift_n_per_s: found.y });
+            }
+        }
+        best.1
+    }
+}
+
 impl Record {
+    /// Points without a file: times [s], depths [m] and forces [N], of which one may be missing
+    /// (NaN) where only the motion is known. First contact is at depth zero, or within a range [m].
+    #[must_use]
+    pub fn of_points(time_s: Vec<f64>, depth_m: Vec<f64>, force_n: Vec<f64>, contact_range_m: [f64; 2]) -> Self {
+        let deepest_m = depth_m.iter().copied().fold(0.0, f64::max);
+        let press = depth_m.iter().position(|d| *d == deepest_m).map_or(0, |n| n + 1);
+        let segments = Segments { press: 0..press, hold: press..depth_m.len(), retreat: depth_m.len()..depth_m.len() };
+        Self {
+            name: String::new(),
+            time_s,
+            depth_m,
+            force_n,
+            noise_n: 0.0,
+            contact_m: 0.0,
+            contact_range_m,
+            starts_before: false,
+            segments,
+        }
+    }
+
     /// Checks a test and finds contact and segments.
     ///
     /// # Errors
@@ -92,55 +158,40 @@ impl Record {
         let force = column(&rows, 2);
         let noise_n = noise(&force);
         let (low, peak) = force.iter().fold((f64::MAX, f64::MIN), |(low, high), f| (low.min(*f), high.max(*f)));
+        let depth = column(&rows, 1);
+        let at_peak = force.iter().position(|f| *f == peak).unwrap_or(0);
+        let first_n = mean(&force[..5]);
+        if peak - low <= LEAST_NOISES * noise_n || peak - low <= LEAST_RISE * low.abs() {
+            return bad(
+                "no contact: the force never rises out of its noise; press deeper, or check the column of the force".into()
+            );
+        }
         if -low > peak {
             return bad(
                 "the force is negative where it is largest: give the force on the tip, positive when it pushes back".into()
             );
         }
-        let depth = column(&rows, 1);
-        let at_peak = force.iter().position(|f| *f == peak).unwrap_or(0);
-        let first_n = mean(&force[..5]);
-        if peak - first_n < 10.0 * noise_n || peak - first_n < 0.2 * peak.abs() && first_n.abs() < 0.2 * peak {
-            return bad(
-                "no contact: the force never rises out of its noise; press deeper, or check the column of the force".into()
-            );
-        }
-        let top = (0..force.len()).filter(|n| force[*n] == peak).count();
-        let flat = force.windows(SATURATED).position(|w| w.iter().all(|f| *f == peak));
-        if let Some(n) =
-            flat.filter(|n| top >= SATURATED && depth[n + SATURATED - 1] - depth[*n] > 1e-3 * (depth[*n] - depth[0]).abs())
-        {
-            return bad(format!(
-                "the force stays at exactly {peak} N from row {} on while the depth grows: the sensor is saturated; press less deep, or leave those rows out",
-                n + 1
-            ));
-        }
-        // the tip comes from outside: contact is where the force leaves its first level for good
-        let least_n = (CONTACT_NOISES * noise_n).max(0.004 * (peak - first_n));
-        let below = |level: f64| (0..at_peak).rev().find(|n| force[*n] < level);
-        let mut touch = below(first_n + least_n).map_or(0, |n| n + 1);
-        let starts_before = touch >= 8;
+        let begins = (0..=at_peak).find(|n| force[*n] - first_n > CONTACT_SHARE * (peak - first_n)).unwrap_or(at_peak);
+        let Touch { row: touch, zero_n, drift_n_per_s } = Touch::find(&rows[..(begins + 1).max(FEWEST_ROWS).min(rows.len())]);
+        let starts_before = touch >= FEWEST_BEFORE;
         if starts_before {
-            let before = &force[..touch.saturating_sub(2)];
-            let third = before.len() / 3;
-            let drift = mean(&before[before.len() - third.max(1)..]) - mean(&before[..third.max(1)]);
-            if drift.abs() > (MOST_DRIFT * peak).max(3.0 * noise_n) {
+            let drift_n = drift_n_per_s * (rows[at_peak][0] - rows[0][0]);
+            let unsure_n = 3.0 * 3.5 * noise_n / (touch as f64).sqrt() * (at_peak as f64 / touch as f64);
+            if drift_n.abs() > (MOST_DRIFT * peak).max(unsure_n) {
                 return bad(format!(
-                    "the force drifts by {:.3} N before contact, {:.0} % of its peak: let the sensor warm up, or take the drift out",
-                    drift,
-                    100.0 * drift.abs() / (peak - first_n)
+                    "the force drifts before contact by {:.3} N per second, {:.0} % of its peak until the peak: let the sensor warm up, or take the drift out",
+                    drift_n_per_s,
+                    100.0 * drift_n.abs() / peak
                 ));
             }
-            let zero = mean(before);
-            rows.iter_mut().for_each(|row| row[2] -= zero);
-            touch = touch.saturating_sub(1);
+            rows.iter_mut().for_each(|row| row[2] -= zero_n);
         }
         let runs_out = column(&rows, 1);
-        let mut highest = f64::MIN;
+        let (mut highest, wanders_m) = (f64::MIN, 4.0 * noise(&runs_out));
         let span = runs_out.iter().copied().fold(f64::MIN, f64::max) - runs_out[touch];
         let fall = rows.iter().enumerate().skip(touch).find(|(_, row)| {
             highest = highest.max(row[1]);
-            row[1] < highest - FALL * span.max(0.0) - 4.0 * noise(&runs_out)
+            row[1] < highest - FALL * span.max(0.0) - wanders_m
         });
         let retreat = fall.map_or(rows.len(), |(n, _)| n);
         if span <= 0.0 || runs_out[at_peak] <= runs_out[touch] {
@@ -161,6 +212,13 @@ impl Record {
         if let Some(exponent) = exponent.filter(|exponent| *exponent < LEAST_EXPONENT) {
             return bad(format!(
                 "the force grows only like depth to the power of {exponent:.2}, where tissue gives 1 to 3: the columns of depth and force seem to be swapped; check their names and units"
+            ));
+        }
+        let flat = force.windows(SATURATED).position(|w| w.iter().all(|f| *f == peak));
+        if let Some(n) = flat.filter(|n| depth[n + SATURATED - 1] - depth[*n] > 1e-3 * span) {
+            return bad(format!(
+                "the force stays at exactly {peak} N from row {} on while the depth grows: the sensor is saturated; press less deep, or leave those rows out",
+                n + 1
             ));
         }
         if reached - touch < 8 {

@@ -1,5 +1,5 @@
-//! All of an identification: elastic curves, fit, intervals, what the data cannot say and which
-//! measurement would, and the judgement of what was not fitted.
+//! Identification from records to report: elastic curves, fit, intervals, the limits of the data with
+//! the measurement that would remove them, and the judgement of rows that were not fitted.
 
 use super::elastic::{Elastic, Setup};
 use super::fit::{Estimate, Fitted, Problem, Quantity, Settings};
@@ -16,7 +16,7 @@ const MODULI_PA: [f64; 2] = [100.0, 10e6];
 /// Correlation from which two quantities trade off (1).
 const TRADED: f64 = 0.85;
 
-/// What is known of the test.
+/// Given data of the test.
 #[derive(Clone, Copy, Debug)]
 pub struct Plan {
     /// Radius of the ball [m].
@@ -29,11 +29,13 @@ pub struct Plan {
     pub leave_out: usize,
 }
 
-/// One test beside its model.
+/// A test beside its model.
 #[derive(Clone, Debug)]
 pub struct Judged {
     /// Depth of first contact [m].
     pub contact_m: f64,
+    /// Depth of the deepest row below first contact [m].
+    pub depth_m: f64,
     /// Rows that were fitted.
     pub fitted: usize,
     /// Forces of the model in all rows [N].
@@ -177,7 +179,8 @@ fn judge(record: &Record, model_n: Vec<f64>, contact_m: f64, fitted: usize) -> J
         Some(record.depth_m[n] - contact_m)
     };
     let lift_off_m = lifts(&record.force_n).zip(lifts(&model_n)).map(|(a, b)| [a, b]);
-    Judged { contact_m, fitted, model_n, segments, lift_off_m }
+    let depth_m = record.depth_m.iter().copied().fold(f64::MIN, f64::max) - contact_m;
+    Judged { contact_m, depth_m, fitted, model_n, segments, lift_off_m }
 }
 
 /// Refuses a modulus that is none of a tissue, and names the unit that would make it one.

@@ -62,7 +62,7 @@ pub(super) fn print(args: &IdentifyArgs, found: &Identified, records: &[Record],
             "{}: contact at {:.3} mm, then {:.2} mm deep at {:.2} mm/s ({press} rows), held {:.1} s ({hold} rows), retreat {} rows",
             record.name,
             test.contact_m * 1e3,
-            record.span_m() * 1e3,
+            test.depth_m * 1e3,
             record.speed_m_per_s() * 1e3,
             record.hold_s(),
             record.segments.retreat.len()
@@ -95,15 +95,23 @@ pub(super) fn figure(found: &Identified, records: &[Record]) -> Figure {
     };
     let data = dots("measured", over_time(&|n| record.force_n[n]));
     let model = Series::curve("model", over_time(&|n| test.model_n[n]));
-    let rest = dots("measured less model", over_time(&|n| record.force_n[n] - test.model_n[n]));
+    // named alike, so that both panels have equal widths
+    let rest = dots("measured", over_time(&|n| record.force_n[n] - test.model_n[n]));
+    let zero = Series::curve("model", over_time(&|_| 0.0));
     let plots = vec![
         Plot::new(axis("time [s]".into()), axis(format!("force [{}]", unit.1)), vec![data, model]),
-        Plot::new(axis("time [s]".into()), axis(format!("residual [{}]", unit.1)), vec![rest]),
+        Plot::new(axis("time [s]".into()), axis(format!("measured less model [{}]", unit.1)), vec![rest, zero]),
     ];
     Figure {
         name: "identified".into(),
-        title: format!("{}: force and residual", record.name),
-        below: headline(found),
+        title: format!("{}: measured and identified force", record.name),
+        below: format!(
+            "E = {:.2} kPa, b = {:.2}, relaxation terms: {}; {:.2} % rms of the peak in the fitted rows",
+            found.tissue.youngs_modulus_pa * 1e-3,
+            found.tissue.stiffening_b,
+            found.tissue.terms.len(),
+            found.rms_pct
+        ),
         form: Form::Panels(plots),
     }
 }
@@ -158,7 +166,7 @@ pub(super) fn summary(found: &Identified, records: &[Record]) -> impl Serialize 
             .map(|(record, test)| Test {
                 name: record.name.clone(),
                 contact_m: test.contact_m,
-                depth_m: record.span_m(),
+                depth_m: test.depth_m,
                 hold_s: record.hold_s(),
                 segments: test.segments.clone(),
                 lift_off_m: test.lift_off_m,

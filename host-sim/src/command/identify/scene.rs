@@ -1,7 +1,6 @@
 //! Scene files of an identified tissue, with the interval and source of every value.
 
 use std::fmt::Write;
-use std::path::Path;
 
 use palpate_fit::identify::fit::Quantity;
 use palpate_fit::identify::model::Tissue;
@@ -18,10 +17,9 @@ fn stiffens(found: &Identified) -> bool {
     found.exponent_gain > 2.0 && found.tissue.stiffening_b > 0.0
 }
 
-/// The command to run next.
-pub(super) fn next(out: &Path, found: &Identified) -> String {
-    let name = NAMES[usize::from(stiffens(found))];
-    format!("palpate fit --scene {} --board m4f-168", out.join(name).display())
+/// Name of the scene that `fit` takes.
+pub(super) fn name(found: &Identified) -> &'static str {
+    NAMES[usize::from(stiffens(found))]
 }
 
 /// Names and texts of the scene files.
@@ -46,8 +44,9 @@ fn text(args: &IdentifyArgs, found: &Identified, records: &[Record], tissue: &Ti
         })
     };
     let [x, y, z] = args.block_m();
-    let span_m = records.iter().map(Record::span_m).fold(0.0, f64::max);
-    let deepest_m = span_m.min(0.5 * z * 0.99);
+    let span_m = found.tests.iter().map(|test| test.depth_m).fold(0.0, f64::max);
+    // `fit` presses no deeper than half the thickness
+    let deepest_m = span_m.min(0.495 * z);
     let mut text = format!("# Identified by `palpate identify` from {}.\n", args.data.display());
     let rms_pct = if stiffening { found.rms_pct } else { found.plain.1 };
     let _infallible = writeln!(text, "# The forces of this tissue are {rms_pct:.2} % rms of the peak off the data.");
