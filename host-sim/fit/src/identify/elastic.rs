@@ -16,7 +16,7 @@ const TERMS: usize = 6;
 /// Square root of the first solved depth over that of the deepest.
 const FIRST: f64 = 0.22;
 /// Size of the elements, divided by the largest contact radius.
-const FINENESS: f64 = 0.12;
+const FINENESS: f64 = 0.14;
 /// Exponents at which forces are solved, evenly spaced in ln(1 + b).
 pub const EXPONENTS: [f64; 5] = [0.0, 1.0, 3.0, 7.0, 15.0];
 

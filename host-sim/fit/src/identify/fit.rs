@@ -18,10 +18,12 @@ const START_NOISE: f64 = 0.02;
 pub const MOST_TERMS: usize = 3;
 /// Largest share of what is left after the faster terms that one term may relax (1).
 const MOST_SHARE: f64 = 0.97;
+/// Largest zero of the force, in deviations of its noise.
+const MOST_ZERO: f64 = 5.0;
 /// Quantile of chi squared with one degree of freedom at 90 %.
 const CHI_90: f64 = 2.706;
 /// Information that a term must gain to be taken.
-const LEAST_GAIN: f64 = 2.0;
+const LEAST_GAIN: f64 = 0.0;
 /// Weight of a held quantity, relative to a standard deviation of it.
 const HOLDING: f64 = 1e3;
 
@@ -87,7 +89,7 @@ pub struct Problem<'a> {
 #[derive(Clone, Debug)]
 pub struct Fitted {
     /// ln E, ln(1 + b), then for each term the part of the rest that relaxes and ln time, then the
-    /// depth of contact of each record.
+    /// depth of contact of each record, then the zero of its force over the noise.
     p: Vec<f64>,
     terms: usize,
     chi: f64,
@@ -174,6 +176,8 @@ impl<'a> Problem<'a> {
         depths.clear();
         depths.extend(record.depth_m[..rows].iter().map(|d| d - contact_m));
         growing_n(&tissue, &self.elastic.at(tissue.stiffening_b), &record.time_s[..rows], depths, forces);
+        let zero_n = p[2 + 2 * terms + self.records.len() + of] * self.sigma_n[of];
+        forces.iter_mut().for_each(|force| *force += zero_n);
     }
 
     fn residuals(&self, p: &[f64], terms: usize, forces: &mut Vec<f64>, depths: &mut Vec<f64>, out: &mut [f64]) {
@@ -221,6 +225,9 @@ impl<'a> Problem<'a> {
             let [low, high] = if self.settings.contact { record.contact_range_m } else { [record.contact_m; 2] };
             limits.push(within(low, high));
         }
+        // without rows before contact the zero of the force is taken on trust
+        let zero = |record: &Record| if record.starts_before { MOST_ZERO } else { 0.0 };
+        limits.extend(self.records.iter().map(|record| within(-zero(record), zero(record))));
         limits
     }
 
@@ -257,7 +264,8 @@ impl<'a> Problem<'a> {
 
     /// The best fit of each number of terms, each from the one before with another term.
     fn ladder(&self) -> Vec<Fitted> {
-        let contacts: Vec<f64> = self.records.iter().map(|r| r.contact_m).collect();
+        let contacts = self.records.iter().map(|r| r.contact_m);
+        let contacts: Vec<f64> = contacts.chain(self.records.iter().map(|_| 0.0)).collect();
         let mut fits: Vec<Fitted> = Vec::new();
         for terms in 0..self.settings.terms.end {
             let starts: Vec<Vec<f64>> = match fits.last() {
@@ -343,6 +351,12 @@ impl<'a> Problem<'a> {
             }
         }
         Some(Fitted { criteria, inflation, ..fits.into_iter().nth(chosen)? })
+    }
+
+    /// Force of a record that a fit takes for zero [N].
+    #[must_use]
+    pub fn zero_n(&self, fit: &Fitted, record: usize) -> f64 {
+        fit.p[2 + 2 * fit.terms + self.records.len() + record] * self.sigma_n[record]
     }
 
     /// The 90 % interval of a quantity.

@@ -16,9 +16,11 @@ const FEWEST_ROWS: usize = 20;
 const LEAST_NOISES: f64 = 12.0;
 const LEAST_RISE: f64 = 0.2;
 /// Share of the rise of the force up to which rows are used to find contact (1).
-const CONTACT_SHARE: f64 = 0.3;
+const CONTACT_SHARE: f64 = 0.5;
+/// Powers of the depth that are tried: Hertz's, and those of thin or stiffening tissue.
+const POWERS: [f64; 4] = [1.5, 2.0, 2.75, 4.0];
 /// Largest number of rows among which contact is looked for.
-const MOST_TRIED: usize = 300;
+const MOST_TRIED: usize = 200;
 /// Number of rows before contact from which the zero of the force and its drift are known.
 const FEWEST_BEFORE: usize = 8;
 /// Largest change of the force by drift until the peak, as a share of the peak (1).
@@ -28,7 +30,7 @@ const FALL: f64 = 0.015;
 /// Number of equal largest readings while the depth rises that count as saturation.
 const SATURATED: usize = 6;
 /// Exponent of force over depth below which a loading is none of a ball on tissue (1).
-const LEAST_EXPONENT: f64 = 0.7;
+const LEAST_EXPONENT: f64 = 0.6;
 /// Largest number of points of a test that are fitted; more are averaged.
 const MOST_POINTS: usize = 600;
 
@@ -78,6 +80,12 @@ fn noise(values: &[f64]) -> f64 {
     second.get(second.len() / 2).map_or(0.0, |median| median / 0.6745 / 6_f64.sqrt())
 }
 
+/// Range [m] in which first contact is fitted, around where it was found; without rows before
+/// contact, the first row is in contact.
+fn contact_range_m(contact_m: f64, span_m: f64, starts_before: bool) -> [f64; 2] {
+    [contact_m - 0.2 * span_m, contact_m + if starts_before { 0.2 } else { 0.05 } * span_m]
+}
+
 /// First contact, and the force before it.
 struct Touch {
     row: usize,
@@ -86,16 +94,18 @@ struct Touch {
 }
 
 impl Touch {
-    /// Finds the row from which a drifting level and Hertz's force after the row are nearest to the
-    /// forces.
+    /// Finds the row from which a drifting level and a power of the depth after the row are nearest to
+    /// the forces.
     fn find(rows: &[[f64; 3]]) -> Self {
         let stride = rows.len().div_ceil(MOST_TRIED);
         let rows: Vec<[f64; 3]> = rows.iter().step_by(stride).copied().collect();
         let mut best = (f64::MAX, Self { row: 0, zero_n: 0.0, drift_n_per_s: 0.0 });
-        for row in 0..rows.len() - 4 {
+        for (row, power) in (0..rows.len() - 4).flat_map(|row| POWERS.map(|power| (row, power))) {
             let level = if row < FEWEST_BEFORE { 0.0 } else { 1.0 };
-            let basis =
-                |[t, d, _]: &[f64; 3]| Vector3::new(level, level * (t - rows[0][0]), (d - rows[row][1]).max(0.0).powf(1.5));
+            let span_m = (rows[rows.len() - 1][1] - rows[row][1]).max(f64::MIN_POSITIVE);
+            let basis = |[t, d, _]: &[f64; 3]| {
+                Vector3::new(level, level * (t - rows[0][0]), ((d - rows[row][1]).max(0.0) / span_m).powf(power))
+            };
             let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
             for at in &rows {
                 normal += basis(at) * basis(at).transpose();
@@ -235,7 +245,6 @@ impl Record {
         let averaged = |k: usize| -> Vec<f64> { column(rows, k).chunks(step).map(mean).collect() };
         let depth_m = averaged(1);
         let (press, hold) = (press / step, hold.div_ceil(step).min(depth_m.len()));
-        let window = if starts_before { 0.25 } else { 0.05 };
         let contact_m = runs_out[touch];
         Ok(Self {
             name: name.into(),
@@ -243,11 +252,23 @@ impl Record {
             force_n: averaged(2),
             noise_n: noise_n / (step as f64).sqrt(),
             contact_m,
-            contact_range_m: [contact_m - window * span, contact_m + 0.15 * span],
+            contact_range_m: contact_range_m(contact_m, span, starts_before),
             starts_before,
             segments: Segments { press: 0..press, hold: press..hold, retreat: hold..depth_m.len() },
             depth_m,
         })
+    }
+
+    /// Moves first contact to where a fit would have it; false if it is within its range already.
+    pub fn move_contact(&mut self, to_m: f64) -> bool {
+        let [low, high] = self.contact_range_m;
+        let edge = 0.02 * (high - low);
+        let moves = (to_m < low + edge || to_m > high - edge) && self.starts_before;
+        if moves {
+            self.contact_m = to_m;
+            self.contact_range_m = contact_range_m(to_m, self.span_m(), self.starts_before);
+        }
+        moves
     }
 
     /// Depth of the deepest row below first contact [m].

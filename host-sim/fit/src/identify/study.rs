@@ -13,6 +13,8 @@ const TOLD_EXPONENT: f64 = 0.2;
 const TOLD_SHARE: f64 = 0.05;
 /// Range of the moduli of tissues and phantoms [Pa].
 const MODULI_PA: [f64; 2] = [100.0, 10e6];
+/// Largest number of times that first contact is moved.
+const MOST_TRIES: usize = 4;
 /// Correlation from which two quantities trade off (1).
 const TRADED: f64 = 0.85;
 
@@ -109,15 +111,25 @@ fn rms_pct(model_n: &[f64], force_n: &[f64], peak_n: f64) -> f64 {
 pub fn identify(plan: &Plan, records: &[Record]) -> Result<Identified, String> {
     let kept = records.len() - if records.len() > 1 { plan.leave_out.min(records.len() - 1) } else { 0 };
     let half = records.len() == 1 && plan.leave_out > 0;
-    let deepest = |r: &Record| r.depth_m.iter().copied().fold(0.0, f64::max) - r.contact_range_m[0];
-    let deepest_m = records.iter().map(deepest).fold(0.0, f64::max);
     let setup = Setup { ball_m: plan.ball_m, block_m: plan.block_m, poisson_ratio: plan.poisson_ratio };
-    let elastic = Elastic::solve(&setup, deepest_m).ok_or_else(|| {
-        format!("the finite elements of the test find no equilibrium {:.2} mm deep under a ball of {} mm: check --tip, --thickness and the unit of the depth", deepest_m * 1e3, plan.ball_m * 1e3)
-    })?;
     let rows = |r: &Record| if half { r.segments.hold.start + r.segments.hold.len() / 2 } else { r.segments.hold.end };
     let fitted: Vec<usize> = records[..kept].iter().map(rows).collect();
     let unsolved = || "no constants fit the forces: check the columns and their units".to_owned();
+    let mut records = records.to_vec();
+    let (mut elastic, mut tries) = (solve(&setup, &records)?, 0);
+    loop {
+        let mut problem = Problem::new(&elastic, &records[..kept], fitted.clone(), Settings::default());
+        let fit = problem.solve().ok_or_else(unsolved)?;
+        let to_m: Vec<f64> = (0..kept).map(|n| fit.contact_m(n)).collect();
+        tries += 1;
+        // where contact was found at the edge of its range, it is somewhere else
+        let moved = records.iter_mut().zip(to_m).map(|(record, to_m)| record.move_contact(to_m)).fold(false, |a, b| a | b);
+        if !moved || tries > MOST_TRIES {
+            break;
+        }
+        elastic = solve(&setup, &records)?;
+    }
+    let records = &records[..];
     let mut problem = Problem::new(&elastic, &records[..kept], fitted.clone(), Settings::default());
     let fit = problem.solve().ok_or_else(unsolved)?;
     let tissue = fit.tissue();
@@ -134,28 +146,45 @@ pub fn identify(plan: &Plan, records: &[Record]) -> Result<Identified, String> {
     for (n, record) in records.iter().enumerate() {
         let contact_m = if n < kept { fit.contact_m(n) } else { record.contact_m };
         let depth_m: Vec<f64> = record.depth_m.iter().map(|d| d - contact_m).collect();
-        let model_n = any_n(&tissue, &elastic.at(tissue.stiffening_b), &record.time_s, &depth_m);
+        let mut model_n = any_n(&tissue, &elastic.at(tissue.stiffening_b), &record.time_s, &depth_m);
+        let zero_n = if n < kept { problem.zero_n(&fit, n) } else { 0.0 };
+        model_n.iter_mut().for_each(|force_n| *force_n += zero_n);
         tests.push(judge(record, model_n, contact_m, fitted.get(n).copied().unwrap_or(0)));
     }
-    let error = |tissue: &Tissue, fit: &Fitted| {
+    let error = |problem: &Problem, fit: &Fitted| {
+        let tissue = fit.tissue();
         let of = |n: usize| {
             let r = &records[n];
             let depth_m: Vec<f64> = r.depth_m[..fitted[n]].iter().map(|d| d - fit.contact_m(n)).collect();
-            let model = any_n(tissue, &elastic.at(tissue.stiffening_b), &r.time_s[..fitted[n]], &depth_m);
+            let mut model = any_n(&tissue, &elastic.at(tissue.stiffening_b), &r.time_s[..fitted[n]], &depth_m);
+            model.iter_mut().for_each(|force_n| *force_n += problem.zero_n(fit, n));
             rms_pct(&model, &r.force_n[..fitted[n]], r.force_n.iter().copied().fold(0.0, f64::max)).powi(2)
         };
         ((0..kept).map(of).sum::<f64>() / kept as f64).sqrt()
     };
     let unsaid = unsaid(plan, &records[..kept], &fit, &estimates, &elastic);
     Ok(Identified {
-        rms_pct: error(&tissue, &fit),
-        plain: (plain.tissue(), error(&plain.tissue(), &plain)),
+        rms_pct: error(&problem, &fit),
+        plain: (plain.tissue(), error(&plain_problem, &plain)),
         exponent_gain: least(&plain) - least(&fit),
         criteria: fit.criteria.clone(),
         tissue,
         estimates,
         unsaid,
         tests,
+    })
+}
+
+/// Elastic curves to the depth that the records may reach.
+fn solve(setup: &Setup, records: &[Record]) -> Result<Elastic, String> {
+    let deepest = |r: &Record| r.depth_m.iter().copied().fold(0.0, f64::max) - r.contact_range_m[0];
+    let deepest_m = records.iter().map(deepest).fold(0.0, f64::max);
+    Elastic::solve(setup, deepest_m).ok_or_else(|| {
+        format!(
+            "the finite elements of the test find no equilibrium {:.2} mm deep under a ball of {} mm: check --tip, --thickness and the unit of the depth",
+            deepest_m * 1e3,
+            setup.ball_m * 1e3
+        )
     })
 }
 
