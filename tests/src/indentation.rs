@@ -97,8 +97,9 @@ impl Indentation {
         let mut random = Xoshiro256PlusPlus::seed_from_u64(case);
         let mut draw = |low: f64, high: f64| between(&mut random, low, high);
         let (thick_m, ball_m) = (draw(5e-3, 40e-3), draw(2e-3, 10e-3));
-        let depth_m = (draw(0.3, 0.9) * ball_m).min(0.4 * thick_m);
-        let (stiffening_b, press_s, hold_s) = (draw(0.3, 8.0), draw(0.5, 4.0), draw(8.0, 30.0));
+        // as the guide advises: half the radius or deeper, at most half the thickness
+        let depth_m = (draw(0.5, 1.0) * ball_m).min(0.45 * thick_m);
+        let (stiffening_b, press_s, hold_s) = (draw(0.3, 8.0), draw(0.7, 2.0), draw(8.0, 15.0));
         let shares = [draw(0.1, 0.35), draw(0.1, 0.35)];
         let slow = [(shares[0], draw(0.3, 1.0)), (shares[1], draw(3.0, 10.0))];
         let wide_m = 0.1_f64.max(4.0 * thick_m);
@@ -107,7 +108,7 @@ impl Indentation {
             tissue: Tissue { youngs_modulus_pa: draw(2e3, 100e3), stiffening_b, terms: slow[(case % 2) as usize..].to_vec() },
             depth_m,
             durations_s: [0.3 * press_s, press_s, hold_s, 0.0],
-            rate_hz: 30.0,
+            rate_hz: 60.0,
             noise: draw(0.01, 0.03),
             seed: case,
         }
@@ -116,6 +117,12 @@ impl Indentation {
     /// Rows of time [s], depth [m] and force [N]. Depths are counted from where the tip starts.
     #[must_use]
     pub fn rows(&self) -> Vec<[f64; 3]> {
+        self.repeated(1).remove(0)
+    }
+
+    /// Rows of several tests, which differ in their noise.
+    #[must_use]
+    pub fn repeated(&self, tests: u64) -> Vec<Vec<[f64; 3]>> {
         let curve = Elastic::solve_with(&self.setup, self.depth_m, &[self.tissue.stiffening_b], FINENESS).unwrap();
         let curve = curve.at(self.tissue.stiffening_b);
         let [before_s, press_s, hold_s, retreat_s] = self.durations_s;
@@ -137,12 +144,15 @@ impl Indentation {
             })
             .collect();
         let most_n = clean.iter().copied().fold(0.0, f64::max);
-        let mut random = Xoshiro256PlusPlus::seed_from_u64(self.seed);
-        let row = |(n, force): (usize, f64)| {
-            let normal = (-2.0 * uniform(&mut random).ln()).sqrt() * (std::f64::consts::TAU * uniform(&mut random)).cos();
-            [n as f64 * dt_s, depths[n] + speed * before_s, force + self.noise * most_n * normal]
+        let noisy = |test: u64| {
+            let mut random = Xoshiro256PlusPlus::seed_from_u64(self.seed + (test << 32));
+            let row = |(n, force): (usize, &f64)| {
+                let normal = (-2.0 * uniform(&mut random).ln()).sqrt() * (std::f64::consts::TAU * uniform(&mut random)).cos();
+                [n as f64 * dt_s, depths[n] + speed * before_s, force + self.noise * most_n * normal]
+            };
+            clean.iter().enumerate().map(row).collect()
         };
-        clean.into_iter().enumerate().map(row).collect()
+        (0..tests).map(noisy).collect()
     }
 
     /// The rows as the file of the guide.

@@ -22,8 +22,8 @@ const MOST_SHARE: f64 = 0.97;
 const MOST_ZERO: f64 = 5.0;
 /// Quantile of chi squared with one degree of freedom at 90 %.
 const CHI_90: f64 = 2.706;
-/// Information that a term must gain to be taken.
-const LEAST_GAIN: f64 = 0.0;
+/// Difference of the criterion up to which another number of terms is about as likely.
+const RIVAL: f64 = 2.0;
 /// Weight of a held quantity, relative to a standard deviation of it.
 const HOLDING: f64 = 1e3;
 
@@ -100,6 +100,8 @@ pub struct Fitted {
     correlation: Vec<f64>,
     /// Number of points over that of independent ones (1).
     pub inflation: f64,
+    /// Fits with other numbers of terms that are about as likely.
+    rivals: Vec<Fitted>,
 }
 
 struct Least<'a> {
@@ -248,7 +250,7 @@ impl<'a> Problem<'a> {
                 correlation[i * count + j] = if both > 0.0 { status.covar[i * count + j] / both } else { 0.0 };
             }
         }
-        Some(Fitted { p, terms, chi, criteria: Vec::new(), sd, correlation, inflation: 1.0 })
+        Some(Fitted { p, terms, chi, criteria: Vec::new(), sd, correlation, inflation: 1.0, rivals: Vec::new() })
     }
 
     /// A first modulus [Pa] at an exponent, from the largest force.
@@ -274,15 +276,19 @@ impl<'a> Problem<'a> {
                 }
                 Some(last) => {
                     let [fast, slow] = self.times_s.map(f64::ln);
-                    let start = |n: usize| {
-                        let time = fast + (slow - fast) * (n as f64 + 0.5) / 6.0;
+                    // the exponent of a fit with too few terms may be far off
+                    let start = |(n, b): (usize, f64)| {
+                        let time = fast + (slow - fast) * (n as f64 + 0.5) / 4.0;
                         let mut p = last.p.clone();
                         let at = (0..last.terms).position(|k| p[3 + 2 * k] > time).unwrap_or(last.terms);
-                        p[0] += 0.15;
+                        (p[0], p[1]) = (self.modulus_pa(b).ln() + 0.3, b.ln_1p());
                         p.splice(2 + 2 * at..2 + 2 * at, [0.15, time]);
+                        let contact = 4 + 2 * last.terms;
+                        p[contact..].clone_from_slice(&contacts);
                         p
                     };
-                    (0..6).map(start).collect()
+                    let exponents = [last.p[1].exp_m1(), 0.5, 5.0];
+                    (0..4).flat_map(|n| exponents.map(|b| (n, b))).map(start).collect()
                 }
             };
             let Some(found) = self.best(starts, terms) else { break };
@@ -346,11 +352,16 @@ impl<'a> Problem<'a> {
         let criteria: Vec<(usize, f64)> = fits.iter().map(|fit| (fit.terms, criterion(fit))).collect();
         let mut chosen = 0;
         for n in 1..fits.len() {
-            if criteria[n].1 < criteria[chosen].1 - LEAST_GAIN {
+            if criteria[n].1 < criteria[chosen].1 {
                 chosen = n;
             }
         }
-        Some(Fitted { criteria, inflation, ..fits.into_iter().nth(chosen)? })
+        let near = criteria.iter().map(|(_, c)| *c < criteria[chosen].1 + RIVAL).collect::<Vec<bool>>();
+        let all = fits.into_iter().zip(near).enumerate().map(|(n, (fit, near))| (n, near, Fitted { inflation, ..fit }));
+        let (taken, rivals): (Vec<_>, Vec<_>) =
+            all.filter(|(n, near, _)| *n == chosen || *near).partition(|(n, ..)| *n == chosen);
+        let rivals = rivals.into_iter().map(|(.., fit)| fit).collect();
+        Some(Fitted { criteria, rivals, ..taken.into_iter().next()?.2 })
     }
 
     /// Force of a record that a fit takes for zero [N].
@@ -359,9 +370,18 @@ impl<'a> Problem<'a> {
         fit.p[2 + 2 * fit.terms + self.records.len() + record] * self.sigma_n[record]
     }
 
-    /// The 90 % interval of a quantity.
+    /// The 90 % interval of a quantity; it contains those of about equally likely numbers of terms.
     #[must_use]
     pub fn estimate(&self, fit: &Fitted, of: Quantity) -> Estimate {
+        let own = self.estimate_alone(fit, of);
+        if matches!(of, Quantity::Share(_) | Quantity::Time(_)) {
+            return own;
+        }
+        let others = fit.rivals.iter().map(|rival| self.estimate_alone(rival, of).interval);
+        Estimate { interval: others.fold(own.interval, |[a, b], [c, d]| [a.min(c), b.max(d)]), ..own }
+    }
+
+    fn estimate_alone(&self, fit: &Fitted, of: Quantity) -> Estimate {
         let at = self.inner(&fit.p, fit.terms, of);
         let limits = self.limits(fit.terms);
         let own = match of {
