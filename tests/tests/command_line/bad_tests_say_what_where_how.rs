@@ -37,7 +37,7 @@ fn every_fault_of_a_test_is_named_with_its_remedy() {
             changed(NAMES, |_, [t, d, f]| Some([t, d, f.min(300.0)])),
             &["exactly 0.3 N", "saturated", "press less deep"],
         ),
-        ("drift", changed(NAMES, |_, [t, d, f]| Some([t, d, f + 120.0 * t])), &["drifts", "before contact", "warm up"]),
+        ("drift", changed(NAMES, |_, [t, d, f]| Some([t, d, f + 120.0 * t])), &["before contact", "drifts", "warm up"]),
         ("one point", changed(NAMES, |n, row| (n == 100).then_some(row)), &["1 rows", "at least 20"]),
         ("upwards", changed(NAMES, |_, [t, d, f]| Some([t, -d, f])), &["positive into the tissue", "sign"]),
         ("pulling", changed(NAMES, |_, [t, d, f]| Some([t, d, -f])), &["force is negative", "positive"]),

@@ -188,14 +188,8 @@ impl Record {
             let drift_n = drift_n_per_s * (rows[at_peak][0] - rows[0][0]);
             let unsure_n = 3.0 * 3.5 * noise_n / (touch as f64).sqrt() * (at_peak as f64 / touch as f64);
             if drift_n.abs() > (MOST_DRIFT * peak).max(unsure_n) {
-                let most_m = depth.iter().copied().fold(f64::MIN, f64::max);
-                let still = (depth[touch] - depth[0]).abs() < 0.1 * (most_m - depth[0]);
-                if still {
-                    return bad("the force grows while the depth stands still: the columns of depth and force seem to be swapped, or the sensor drifts; check names and units, or let the sensor warm up".into());
-                }
                 return bad(format!(
-                    "the force drifts before contact by {:.3} N per second, {:.0} % of its peak until the peak: let the sensor warm up, or take the drift out",
-                    drift_n_per_s,
+                    "the force changes by {drift_n_per_s:.3} N per second before contact, {:.0} % of its peak until the peak: the sensor drifts, or depth and force are swapped; let the sensor warm up, or correct the names of the columns",
                     100.0 * drift_n.abs() / peak
                 ));
             }

@@ -1,30 +1,20 @@
-//! T1: beef, indented for four seconds and held. Two Prony terms are fitted to the sirloin by the
-//! engine of `palpate identify`; the patch with these terms is then pressed as in the tests and
-//! compared with the topside.
+//! T1: beef, indented for four seconds and held. Two Prony terms are fitted to the sirloin in one
+//! dimension, with the elastic force of the patch as the loading curve; the patch with these terms
+//! is then pressed as in the tests and compared with the topside.
 
-use palpate_fit::identify::elastic::{Elastic, Setup};
-use palpate_fit::identify::fit::{Problem, Settings};
-use palpate_fit::identify::record::Record;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::press;
 use palpate_tissue::scene::{Scene, TICK_S};
 use palpate_tissue::session::Session;
 use serde::Deserialize;
 
-use super::{Curve, Figure, Outcome, Picture, Row};
+use super::{Curve, Figure, Outcome, Picture, PronyFit, Row, fit_prony};
 use crate::Error;
 
 const DATA: &str = include_str!("../../../../tests/data/beef_relaxation.toml");
 const SOURCE: &str = "tests/data/beef_relaxation.toml (Iaquinta et al., perineal_indentation, raw records)";
 /// Largest accepted root mean square error of the fitted and of the predicted figures (1).
 const MOST_RMS: [f64; 2] = [0.01, 0.02];
-/// Sides of the block [m], those of the scene, and Poisson's ratio (1).
-const BLOCK_M: [f64; 3] = [0.08, 0.08, 0.04];
-const POISSON_RATIO: f64 = 0.45;
-/// Number of steps of the loading in the fit.
-const STEPS: usize = 400;
-/// Shortest and longest time constant [s] that a hold of 0.5 to 9.5 s can determine.
-const TIMES_S: [f64; 2] = [0.1, 30.0];
 /// Number of ticks between neighbouring points of a picture's curve.
 const EVERY: usize = 20;
 
@@ -49,6 +39,8 @@ struct Cut {
 
 /// Forces of a press and of the hold after it.
 struct Held {
+    /// Force in every tick of the loading [N].
+    loading_n: Vec<f64>,
     /// Force during the hold, divided by the force at the end of the loading: (time since that end
     /// [s], ratio).
     left: Vec<(f64, f64)>,
@@ -98,28 +90,12 @@ impl Beef {
         let axis = session.params.probe.axis;
         let loaded = run.ticks.iter().position(|row| row.command_m > self.depth_m - 1e-7).unwrap_or_default();
         let force_n: Vec<f64> = run.ticks.iter().map(|row| f64::from(row.output.force_n.dot(&axis))).collect();
-        let held_n = force_n.get(loaded..).unwrap_or_default();
-        let peak_n = held_n.first().copied().unwrap_or(f64::NAN);
+        let (loading_n, held_n) = (force_n.get(..=loaded).unwrap_or_default(), force_n.get(loaded..).unwrap_or_default());
+        let peak_n = loading_n.last().copied().unwrap_or(f64::NAN);
         let held_s = self.time_s.iter().copied().fold(0.0, f64::max);
         let left = held_n.iter().enumerate().map(|(n, f)| (n as f64 * TICK_S, f / peak_n));
         let left = left.take_while(|(t_s, _)| *t_s <= held_s + 1e-9).collect();
-        Ok(Held { left, peak_n })
-    }
-
-    /// Share and time [s] of two Prony terms, fitted to the medians of a cut with the loading.
-    fn fit(&self, cut: &Cut) -> Option<Vec<(f64, f64)>> {
-        let setup = Setup { ball_m: self.tip_radius_m, block_m: BLOCK_M, poisson_ratio: POISSON_RATIO };
-        let elastic = Elastic::solve_at(&setup, self.depth_m, &[0.0])?;
-        let part = |n: usize| n as f64 / STEPS as f64;
-        let loading_s = (0..=STEPS).map(|n| self.ramp_s * part(n));
-        let time_s = loading_s.chain(self.time_s.iter().map(|t_s| self.ramp_s + t_s)).collect();
-        let depth_m = (0..=STEPS).map(|n| self.depth_m * part(n)).chain(self.time_s.iter().map(|_| self.depth_m)).collect();
-        // of the loading, the force at its end is known
-        let peak = std::iter::repeat_n(f64::NAN, STEPS).chain([1.0]);
-        let record = Record::of_points(time_s, depth_m, peak.chain(cut.median.iter().copied()).collect(), [0.0; 2]);
-        let settings = Settings { terms: 2..3, stiffens: false, contact: false, times_s: Some(TIMES_S) };
-        let (records, rows) = ([record], vec![STEPS + 1 + self.time_s.len()]);
-        Some(Problem::new(&elastic, &records, rows, settings).solve()?.tissue().terms)
+        Ok(Held { loading_n: loading_n.to_vec(), left, peak_n })
     }
 
     fn rms(&self, held: &Held, cut: &Cut) -> f64 {
@@ -127,7 +103,7 @@ impl Beef {
         (square / self.time_s.len() as f64).sqrt()
     }
 
-    fn row(&self, cut: &Cut, fit: &[(f64, f64)], ours: &Held, without: &Held, predicted: bool) -> Row {
+    fn row(&self, cut: &Cut, fit: &PronyFit, ours: &Held, without: &Held, predicted: bool) -> Row {
         let bands = cut.low.iter().zip(&cut.high);
         let mut figures: Vec<Figure> = self
             .time_s
@@ -146,8 +122,9 @@ impl Beef {
             ours: self.rms(ours, cut),
             without_term: self.rms(without, cut),
         });
-        let said = fit.iter().map(|(share, time_s)| format!("{share:.3} at {time_s:.2} s")).collect::<Vec<_>>().join(" and ");
-        let terms = format!("shares {said}, with the loading, to the medians of the sirloin");
+        let [(g, tau_s), (h, slow_s)] = fit.terms;
+        let terms =
+            format!("shares {g:.3} and {h:.3} at {tau_s:.2} and {slow_s:.2} s, with the loading, to the medians of the sirloin");
         Row {
             test: "T1".into(),
             data: format!("beef, {}, {} tests", cut.name, cut.tests),
@@ -200,8 +177,9 @@ pub(super) fn run() -> Result<Outcome, Error> {
     let beef: Beef = toml::from_str(DATA).map_err(|e| damaged(e.message()))?;
     let [fitted, predicted] = beef.cut.as_slice() else { return Err(damaged("not two cuts").into()) };
     let without = beef.press(&[])?;
-    let fit = beef.fit(fitted).ok_or_else(|| damaged("no two terms fit the medians"))?;
-    let ours = beef.press(&fit)?;
+    let fit = fit_prony(&without.loading_n, TICK_S, &beef.time_s, &fitted.median);
+    let fit = fit.ok_or_else(|| damaged("no two terms fit the medians"))?;
+    let ours = beef.press(&fit.terms)?;
     let cuts = [(fitted, false), (predicted, true)];
     Ok(Outcome {
         rows: cuts.iter().map(|(cut, predicted)| beef.row(cut, &fit, &ours, &without, *predicted)).collect(),

@@ -1,16 +1,16 @@
 //! T2: pig liver, indented with a ball. Modulus, stiffening exponent and the depth of first contact
-//! are fitted to every second depth by the engine of `palpate identify`; the patch is then pressed
-//! to all ten depths.
+//! are fitted to every second depth with the statics of the patch; the patch is then pressed to all
+//! ten depths.
 
-use palpate_fit::identify::elastic::{Elastic, Setup};
-use palpate_fit::identify::fit::{Problem, Settings};
-use palpate_fit::identify::record::Record;
+use palpate::Params;
+use palpate_fit::statics::{Solver, Statics, Vector};
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::press;
 use palpate_tissue::scene::Scene;
 use palpate_tissue::session::Session;
 use serde::Deserialize;
 
+use super::stiffening_fit::{Curves, StiffeningFit, Tried, fit};
 use super::{Curve, Figure, Outcome, Picture, Row};
 use crate::Error;
 
@@ -28,21 +28,18 @@ const MOST_OFF: f64 = 0.25;
 /// gives the curvature of region 1.
 const THICKNESS_M: f64 = 0.01;
 const SIDE_M: f64 = 0.04;
-/// Largest distance from first contact to where it was declared [m], since the ball may have touched
-/// before; the fit without the term may also place it later, so that its misfit is not due to the
-/// range.
-const EARLIEST_M: f64 = 1.25e-3;
-const LATEST_M: f64 = 1.5e-3;
-/// Number of bisections of the offset under which the force at contact is that declared.
-const HALVINGS: usize = 30;
-
-/// Fitted modulus, exponent and offset.
-struct StiffeningFit {
-    youngs_modulus_pa: f64,
-    stiffening_b: f64,
-    /// Depth added to each recorded depth [m].
-    offset_m: f64,
-}
+/// Stiffening exponents at which the force is computed, and the range and number of those tried by
+/// interpolation (1).
+const EXPONENTS: [f64; 5] = [0.0, 2.5, 5.0, 7.5, 10.0];
+const TRIED_B: (f64, f64, usize) = (0.0, 10.0, 200);
+/// Spacing [m] and number of the depths at which the force is computed.
+const STEP_M: f64 = 2.5e-4;
+const DEPTHS: usize = 17;
+/// Range [m] and number of the offsets of first contact that are tried, since the ball may have
+/// touched before contact was declared. The fit without the term may also place first contact
+/// later, so that its misfit is not due to the range of the offsets.
+const OFFSETS_M: (f64, f64, usize) = (0.0, 1.25e-3, 125);
+const ANY_OFFSET_M: (f64, f64, usize) = (-1.5e-3, 1.25e-3, 275);
 
 #[derive(Deserialize)]
 struct Liver {
@@ -82,6 +79,30 @@ impl Liver {
         Ok(Scene::parse("liver", &text)?)
     }
 
+    /// Forces of the patch in equilibrium, divided by E [m^2], at stiffening exponent `b`.
+    fn forces(&self, session: &Session, b: f64) -> Result<Vec<f64>, Error> {
+        let failed = |what: String| TissueError::Check(format!("liver, b = {b}: {what}"));
+        let params = Params { stiffening_b: b as f32, ..session.params };
+        let statics = Statics::of(&session.patch.model(), &params).map_err(TissueError::from)?;
+        let solver = Solver::of(&statics).ok_or_else(|| failed("the mesh is too large".into()))?;
+        let site_m: Vector = session.patch.site_m().cast();
+        let mut here = solver.rest(&statics, site_m, 1e-6).map_err(|e| failed(e.to_string()))?;
+        let depths = (1..=DEPTHS).map(|n| STEP_M * n as f64);
+        let force = depths.map(|depth_m| {
+            let tip_m = site_m - statics.axis() * depth_m;
+            here = solver.press(&statics, &here, tip_m, depth_m).map_err(|e| failed(e.to_string()))?;
+            Ok(here.force)
+        });
+        force.collect()
+    }
+
+    fn curves(&self) -> Result<Curves, Error> {
+        let session = Session::prepare(&self.scene(5e3, 0.0, &[STEP_M * DEPTHS as f64])?)?;
+        let curves = EXPONENTS.map(|b| self.forces(&session, b).map(|force| (b, force)));
+        let curves = curves.into_iter().collect::<Result<Vec<_>, Error>>()?;
+        Ok(Curves::new(STEP_M, &curves).ok_or_else(|| TissueError::Check("liver: a force is not positive".into()))?)
+    }
+
     /// Force of the running patch at the end of a hold at each depth [N]; zero above the surface.
     fn press(&self, found: &StiffeningFit) -> Result<Vec<f64>, Error> {
         let depth_m: Vec<f64> = self.depth_m.iter().map(|d| d + found.offset_m).collect();
@@ -96,32 +117,11 @@ impl Liver {
         Ok(above.chain(run.holds.iter().map(|hold| hold.force_n)).collect())
     }
 
-    /// Fits every second depth. Contact was declared at the first depth at the latest, so under no
-    /// more than the force there: an offset that breaks this is shortened until it does not.
-    fn fit(&self, elastic: &Elastic, region: &Region, stiffens: bool) -> Option<StiffeningFit> {
-        let (depth_m, force_n) = (to_fit(&self.depth_m), to_fit(&region.force_n));
-        let times_s: Vec<f64> = (0..depth_m.len()).map(|n| n as f64).collect();
-        let within = |earliest_m: f64| {
-            let range_m = [-earliest_m, if stiffens { 0.0 } else { LATEST_M }];
-            let records = [Record::of_points(times_s.clone(), depth_m.clone(), force_n.clone(), range_m)];
-            let settings = Settings { terms: 0..1, stiffens, ..Settings::default() };
-            let found = Problem::new(elastic, &records, vec![depth_m.len()], settings).solve()?;
-            let (tissue, offset_m) = (found.tissue(), -found.contact_m(0));
-            let declared_n = tissue.youngs_modulus_pa * elastic.at(tissue.stiffening_b).force_m2(offset_m);
-            let keeps = declared_n <= *region.force_n.first()?;
-            let (youngs_modulus_pa, stiffening_b) = (tissue.youngs_modulus_pa, tissue.stiffening_b);
-            Some((StiffeningFit { youngs_modulus_pa, stiffening_b, offset_m }, keeps))
-        };
-        let (found, keeps) = within(EARLIEST_M)?;
-        if keeps {
-            return Some(found);
-        }
-        let (mut low_m, mut high_m) = (0.0, found.offset_m);
-        for _ in 0..HALVINGS {
-            let middle_m = 0.5 * (low_m + high_m);
-            if within(middle_m)?.1 { low_m = middle_m } else { high_m = middle_m }
-        }
-        Some(within(low_m)?.0)
+    fn fit(&self, curves: &Curves, tried: Tried, region: &Region) -> Option<StiffeningFit> {
+        // contact was declared at the first depth at the latest, so under no more than the force
+        // there
+        let most_at_contact_n = region.force_n.first()?;
+        fit(curves, tried, &to_fit(&self.depth_m), &to_fit(&region.force_n), *most_at_contact_n)
     }
 
     fn last_exponent(&self, force_n: &[f64]) -> f64 {
@@ -202,22 +202,19 @@ pub(super) fn run() -> Result<Outcome, Error> {
     let damaged =
         |what: &str| TissueError::Check(format!("tests/data/pig_liver_indentation.toml: {what}: take the file as it ships"));
     let liver: Liver = toml::from_str(DATA).map_err(|e| damaged(e.message()))?;
-    let setup = Setup { ball_m: liver.ball_radius_m, block_m: [SIDE_M, SIDE_M, THICKNESS_M], poisson_ratio: 0.45 };
-    let deepest_m = liver.depth_m.iter().copied().fold(0.0, f64::max) + EARLIEST_M;
-    let elastic = Elastic::solve(&setup, deepest_m);
-    let elastic = elastic.ok_or_else(|| TissueError::Check("liver: no equilibrium of the finite elements".into()))?;
+    let curves = liver.curves()?;
     let mut outcome = Outcome { rows: Vec::new(), pictures: Vec::new() };
     for region in &liver.region {
         if region.force_n.len() != liver.depth_m.len() {
             return Err(damaged("not one force a depth").into());
         }
-        let pressed = |stiffens: bool| {
-            let found = liver.fit(&elastic, region, stiffens).ok_or_else(|| damaged("no modulus fits the forces"))?;
-            let forces = liver.press(&found)?;
-            Ok::<_, Error>((found, forces))
+        let pressed = |b: (f64, f64, usize), offset_m: (f64, f64, usize)| {
+            let found = liver.fit(&curves, Tried { b, offset_m }, region);
+            let found = found.ok_or_else(|| damaged("no modulus fits the forces"))?;
+            Ok::<_, Error>((found, liver.press(&found)?))
         };
-        let (found, ours) = pressed(true)?;
-        let (_, without) = pressed(false)?;
+        let (found, ours) = pressed(TRIED_B, OFFSETS_M)?;
+        let (_, without) = pressed((0.0, 0.0, 0), ANY_OFFSET_M)?;
         outcome.rows.push(liver.row(region, &found, &ours, &without));
         outcome.pictures.push(liver.picture(region, &found, &ours, &without));
     }

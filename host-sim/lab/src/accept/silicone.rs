@@ -2,9 +2,6 @@
 //! exponent of each are fitted with the law of the patch in uniform deformation.
 
 use palpate::Params;
-use palpate_fit::identify::elastic::{Elastic, depths_m};
-use palpate_fit::identify::fit::{Problem, Settings};
-use palpate_fit::identify::record::Record;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::mesh::{BlockSpec, block};
 use palpate_tissue::patch::{Material, Patch};
@@ -22,10 +19,9 @@ const MOST_RMS: f64 = 0.012;
 /// Poisson's ratio (1): silicone hardly changes its volume, but closer to 0.5 rounding dominates
 /// the bulk term of the patch.
 const POISSON_RATIO: f64 = 0.495;
-/// Exponents at which stresses are computed (1).
-const EXPONENTS: [f64; 4] = [0.0, 0.2, 0.4, 0.6];
-/// Strain at which the stress is still proportional to it (1).
-const SMALL: f64 = 1e-4;
+/// Step between the exponents tried (1), and their number.
+const STEP_B: f64 = 0.005;
+const STEPS: usize = 120;
 /// Sides of a block of about the height and width of the cylinders [m], and its number of nodes.
 const BLOCK_M: [f64; 3] = [0.05, 0.05, 0.03];
 const NODES: usize = 300;
@@ -47,28 +43,26 @@ struct Fit {
     b: f64,
     youngs_modulus_pa: f64,
     rms: f64,
-    without_pa: f64,
     without_rms: f64,
 }
 
-/// Modulus and exponent that the engine of `palpate identify` fits to the stresses, and the root mean
-/// square of the residual, divided by the largest stress (1).
-fn fitted(elastic: &Elastic, strain: &[f64], phantom: &Phantom, stiffens: bool) -> Option<(f64, f64, f64)> {
-    let times_s = (0..strain.len()).map(|n| n as f64).collect();
-    let records = [Record::of_points(times_s, strain.to_vec(), phantom.stress_pa.clone(), [0.0; 2])];
-    let settings = Settings { terms: 0..1, stiffens, contact: false, ..Settings::default() };
-    let found = Problem::new(elastic, &records, vec![strain.len()], settings).solve()?.tissue();
-    let curve = elastic.at(found.stiffening_b);
-    let off = |(strain, stress_pa): (&f64, &f64)| found.youngs_modulus_pa * curve.force_m2(*strain) - stress_pa;
-    let square: f64 = strain.iter().zip(&phantom.stress_pa).map(off).map(|off| off * off).sum();
-    let largest = phantom.stress_pa.iter().copied().fold(0.0, f64::max);
-    Some((found.youngs_modulus_pa, found.stiffening_b, (square / strain.len() as f64).sqrt() / largest))
+/// Best modulus [Pa] for stresses `over_e` that were divided by it, and the root mean square of the
+/// residual, divided by the largest stress (1).
+fn scaled(over_e: &[f64], stress_pa: &[f64]) -> (f64, f64) {
+    let (ss, sp): (f64, f64) = over_e.iter().zip(stress_pa).fold((0.0, 0.0), |(ss, sp), (s, p)| (ss + s * s, sp + s * p));
+    let e = sp / ss;
+    let square: f64 = over_e.iter().zip(stress_pa).map(|(s, p)| (s * e - p).powi(2)).sum();
+    let largest = stress_pa.iter().copied().fold(0.0, f64::max);
+    (e, (square / stress_pa.len() as f64).sqrt() / largest)
 }
 
-fn fit(elastic: &Elastic, strain: &[f64], phantom: &Phantom) -> Option<Fit> {
-    let (without_pa, _, without_rms) = fitted(elastic, strain, phantom, false)?;
-    let (youngs_modulus_pa, b, rms) = fitted(elastic, strain, phantom, true)?;
-    Some(Fit { b, youngs_modulus_pa, rms, without_pa, without_rms })
+fn fit(stresses: &[Vec<f64>], phantom: &Phantom) -> Option<Fit> {
+    let without_rms = scaled(stresses.first()?, &phantom.stress_pa).1;
+    let tried = stresses.iter().enumerate().map(|(n, over_e)| {
+        let (youngs_modulus_pa, rms) = scaled(over_e, &phantom.stress_pa);
+        Fit { b: STEP_B * n as f64, youngs_modulus_pa, rms, without_rms }
+    });
+    tried.min_by(|a, b| a.rms.total_cmp(&b.rms))
 }
 
 /// Runs comparison T3 with measurements of silicone phantoms.
@@ -83,10 +77,9 @@ pub(super) fn run() -> Result<Outcome, Error> {
     let patch = Patch::build(&tissue, &Material { poisson_ratio: POISSON_RATIO, ..Material::default() }, None);
     let params = Params { poisson_ratio: POISSON_RATIO as f32, ..Params::default() };
     let law = Uniform::of(&patch.model(), &params);
-    let deepest = data.strain.iter().copied().fold(0.0, f64::max);
-    let solved = EXPONENTS.map(|b| (b, depths_m(deepest).map(|strain| law.stress(b, strain)).to_vec()));
-    let elastic = Elastic::of(deepest, law.stress(0.0, SMALL) / SMALL, 1.0, &solved).ok_or_else(|| damaged("no curve"))?;
-    let fits = data.phantom.iter().map(|phantom| fit(&elastic, &data.strain, phantom)).collect::<Option<Vec<Fit>>>();
+    let stresses: Vec<Vec<f64>> =
+        (0..=STEPS).map(|n| data.strain.iter().map(|strain| law.stress(STEP_B * n as f64, *strain)).collect()).collect();
+    let fits = data.phantom.iter().map(|phantom| fit(&stresses, phantom)).collect::<Option<Vec<Fit>>>();
     let fits = fits.ok_or_else(|| damaged("no modulus fits the stresses"))?;
     let worst = |of: &str, rms: fn(&Fit) -> f64| {
         let of_kind = data.phantom.iter().zip(&fits).filter(|(phantom, _)| phantom.name.starts_with(of));
@@ -114,7 +107,11 @@ pub(super) fn run() -> Result<Outcome, Error> {
             points: data.strain.iter().copied().zip(stress_pa.iter().map(|p| p * 1e-3)).collect(),
             measured,
         };
-        let times = |e_pa: f64, b: f64| data.strain.iter().map(|strain| e_pa * law.stress(b, *strain)).collect();
+        let ours = |b: f64| -> Vec<f64> { data.strain.iter().map(|strain| law.stress(b, *strain)).collect() };
+        let times = |over_e: &[f64]| {
+            let e = scaled(over_e, &phantom.stress_pa).0;
+            over_e.iter().map(|s| s * e).collect::<Vec<f64>>()
+        };
         Picture {
             name: format!("silicone_{}", phantom.name),
             title: format!("silicone {}: stress of a squeezed cylinder", phantom.name),
@@ -122,8 +119,8 @@ pub(super) fn run() -> Result<Outcome, Error> {
             axes: ["engineering strain (1)", "engineering stress [kPa]"].map(Into::into),
             curves: vec![
                 curve("measured", phantom.stress_pa.clone(), true),
-                curve("ours", times(fit.youngs_modulus_pa, fit.b), false),
-                curve("ours without stiffening", times(fit.without_pa, 0.0), false),
+                curve("ours", times(&ours(fit.b)), false),
+                curve("ours without stiffening", times(&ours(0.0)), false),
             ],
         }
     });
