@@ -112,7 +112,7 @@ impl YieldingCase {
     /// The printed bound for the case's device.
     #[must_use]
     pub fn bound(&self, account: &AccountSettings) -> EnergyBound {
-        EnergyAccount::bound(account, &self.device.limits(Vector3::zeros()), TICK_S as f32, 0)
+        EnergyAccount::bound(account, &self.device.limits(Vector3::zeros()), TICK_S as f32)
     }
 
     /// The case in one line.
