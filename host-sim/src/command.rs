@@ -96,12 +96,12 @@ enum Command {
     /// and PNG; a search writes searched.csv and its chart instead. Fails (exit code 1) if the
     /// error is larger than --tolerance-pct, and suggests a remedy or a board that would do.
     Fit(FitArgs),
-    /// Identify a tissue from measured forces: modulus, stiffening and relaxation, with intervals and
-    /// what the data cannot say.
+    /// Identify a tissue from measured forces: modulus, stiffening and relaxation, with intervals
+    /// and what the data cannot say.
     ///
     /// Reads tests in which a ball presses a slab, perhaps is held, and retreats. Columns are known
-    /// by name and unit, in four languages. The model of the test is our own finite elements. Writes
-    /// identified.toml (a scene with comments), fit.csv (data and model), a picture as SVG and PNG,
+    /// by name and unit, in four languages. The model of the test is our own finite elements.
+    /// Writes identified.toml (a scene with comments), fit.csv (data and model), a picture as SVG and PNG,
     /// and summary.json. Values that the data do not determine are given as intervals, with the
     /// measurement that would determine them.
     Identify(IdentifyArgs),

@@ -1,7 +1,7 @@
 //! Identifies modulus, stiffening and relaxation of a tissue from indentations of it.
 //!
 //! ```text
-//! record (columns, contact, segments) ─ elastic (axial: finite elements of the test) ─ model ─ fit ─ interval
+//! record (columns, contact, segments) ─ elastic (axial: finite elements) ─ model ─ fit ─ study
 //! ```
 
 pub mod axial;

@@ -113,7 +113,8 @@ impl Mesh<'_> {
         (node + 1).is_multiple_of(self.z_m.len()) || (node < self.z_m.len() && !vertical)
     }
 
-    /// Force over E at a depth [m^2]: where the penalty is too stiff to begin with, it begins softer.
+    /// Force over E at a depth [m^2]. Where no equilibrium is found at once, the contact begins
+    /// softer.
     fn press(&mut self, u: &mut Vec<f64>, depth_m: f64) -> Option<f64> {
         let kept = u.clone();
         self.softer = 1.0;

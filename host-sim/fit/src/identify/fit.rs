@@ -297,7 +297,7 @@ impl<'a> Problem<'a> {
         fits.into_iter().filter(|fit| self.settings.terms.contains(&fit.terms)).collect()
     }
 
-    /// The same fit with the terms from fast to slow.
+    /// Fit with its terms in the order from fast to slow.
     fn sorted(&self, fit: Fitted) -> Fitted {
         let mut terms = shares(&fit.p, fit.terms);
         if terms.is_sorted_by(|a, b| a.1 <= b.1) {

@@ -94,8 +94,8 @@ struct Touch {
 }
 
 impl Touch {
-    /// Finds the row from which a drifting level and a power of the depth after the row are nearest to
-    /// the forces.
+    /// Finds the row from which a drifting level and a power of the depth after the row are nearest
+    /// to the forces.
     fn find(rows: &[[f64; 3]]) -> Self {
         let stride = rows.len().div_ceil(MOST_TRIED);
         let rows: Vec<[f64; 3]> = rows.iter().step_by(stride).copied().collect();

@@ -1,5 +1,5 @@
-//! Identification from records to report: elastic curves, fit, intervals, the limits of the data with
-//! the measurement that would remove them, and the judgement of rows that were not fitted.
+//! Identification from records to report: elastic curves, fit, intervals, the limits of the data
+//! with the measurement that would remove them, and the judgement of rows that were not fitted.
 
 use super::elastic::{Elastic, Setup};
 use super::fit::{Estimate, Fitted, Problem, Quantity, Settings};

@@ -16,8 +16,8 @@ use crate::error::Error;
 /// Board of the patch.
 pub(super) const BOARD: &str = "m4f-168";
 
-/// Fits a patch to the scene for the board, presses it as in the tests, and prints how far its force
-/// is off the data: at equal depths of the press, and at equal times of the hold.
+/// Fits a patch to the scene for the board, presses it as in the tests, and prints how far its
+/// force is off the data: at equal depths of the press, and at equal times of the hold.
 pub(super) fn fit_and_judge(scene: &Path, out: &Path, found: &Identified, records: &[Record]) -> Result<(), Error> {
     let (scene, folder) = (scene.display().to_string(), out.display().to_string());
     let line = ["palpate", "fit", "--scene", &scene, "--board", BOARD, "--out", &folder];
