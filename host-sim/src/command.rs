@@ -101,9 +101,9 @@ enum Command {
     ///
     /// Reads tests in which a ball presses a slab, perhaps is held, and retreats. Columns are known
     /// by name and unit, in four languages. The model of the test is our own finite elements.
-    /// Writes identified.toml (a scene with comments), fit.csv (data and model), a picture as SVG and PNG,
-    /// and summary.json. Values that the data do not determine are given as intervals, with the
-    /// measurement that would determine them.
+    /// Writes identified.toml (a scene with comments), fit.csv (data and model), a picture as SVG
+    /// and PNG, and summary.json. Values that the data do not determine are given as intervals,
+    /// with the measurement that would determine them.
     Identify(IdentifyArgs),
     /// Merge ranges of a campaign's cases, from one machine or several: writes the result that one
     /// run of all cases writes.
