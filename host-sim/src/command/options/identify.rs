@@ -10,8 +10,8 @@ use crate::error::Error;
 
 #[derive(Args, Clone, Debug)]
 pub struct IdentifyArgs {
-    /// A table of a test (CSV with a row of names such as time_s, depth_mm, force_mN), or a folder
-    /// of them.
+    /// A table of a test (CSV with a row of names such as `time_s`, `depth_mm`, `force_mN`), or a
+    /// folder of them.
     #[arg(value_name = "FILE|FOLDER")]
     pub data: PathBuf,
     /// Tip of the indenter: sphere:RADIUS, such as sphere:4mm.
