@@ -15,6 +15,8 @@ mod emulate;
 mod fit;
 mod hardware_in_loop;
 mod help;
+#[cfg(feature = "full")]
+mod identify;
 mod length;
 mod live;
 mod merge;
@@ -51,6 +53,7 @@ use self::options::chart::ChartArgs;
 use self::options::emulate::EmulateArgs;
 use self::options::faults::FaultsArgs;
 use self::options::fit::FitArgs;
+use self::options::identify::IdentifyArgs;
 use self::options::pack::PackArgs;
 use self::options::paper::PaperCommand;
 use self::options::stability::StabilityArgs;
@@ -93,6 +96,15 @@ enum Command {
     /// and PNG; a search writes searched.csv and its chart instead. Fails (exit code 1) if the
     /// error is larger than --tolerance-pct, and suggests a remedy or a board that would do.
     Fit(FitArgs),
+    /// Identify a tissue from measured forces: modulus, stiffening and relaxation, with intervals
+    /// and what the data cannot say.
+    ///
+    /// Reads tests in which a ball presses a slab, perhaps is held, and retreats. Columns are known
+    /// by name and unit, in four languages. The model of the test is our own finite elements.
+    /// Writes identified.toml (a scene with comments), fit.csv (data and model), a picture as SVG
+    /// and PNG, and summary.json. Values that the data do not determine are given as intervals,
+    /// with the measurement that would determine them.
+    Identify(IdentifyArgs),
     /// Merge ranges of a campaign's cases, from one machine or several: writes the result that one
     /// run of all cases writes.
     ///
@@ -206,7 +218,7 @@ enum StudyCommand {
 }
 
 const AFTER_HELP: &str = "\
-Built when first used, which takes some minutes: fit, pack, board, emulate, check, and the option --emulated. Not in the lists:
+Built when first used, which takes some minutes: fit, identify, pack, board, emulate, check, and the option --emulated. Not in the lists:
 `palpate completions SHELL` prints a script with which a shell completes these words, and each check is a command by its own name too.
 
 Times in the help of a command are processor time, all cores together: an idle machine with two cores may take half as long, a busy one takes
@@ -291,6 +303,7 @@ impl Cli {
             Some(Command::Completions(args)) => args.run(),
             Some(Command::Emulate(args)) => checked(args.check(), || args.run()),
             Some(Command::Fit(args)) => checked(args.check(), || args.run()),
+            Some(Command::Identify(args)) => checked(args.check(), || args.run()),
             Some(Command::Live(args)) => args.run(),
             Some(Command::Loop(args)) => args.run(),
             Some(Command::Merge(args)) => args.command()?.run(),

@@ -20,6 +20,7 @@ pub mod emulator;
 pub mod far_patch;
 pub mod flash_patch;
 pub mod free_handle;
+pub mod indentation;
 pub mod joint_hand;
 pub mod mistakes;
 pub mod oracle;

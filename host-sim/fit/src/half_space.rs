@@ -24,7 +24,7 @@ const ELEMENTS: usize = 400;
 
 /// A spring with parallel Maxwell elements, one per Prony term.
 #[derive(Clone, Debug, Default)]
-struct Chain {
+pub(crate) struct Chain {
     /// Compression at the end of the last step [m]: imposed by the probe, or the free one without
     /// contact.
     before_m: f64,
@@ -45,7 +45,7 @@ impl HalfSpace {
     pub fn forces_n(&self, depths_m: &[f64], dt_s: f64) -> Vec<f64> {
         let deepest_m = depths_m.iter().copied().fold(0.0, f64::max);
         let dx_m = (self.radius_m * deepest_m).sqrt() / ELEMENTS as f64;
-        let chain = Chain { before_m: 0.0, borne_m: vec![0.0; self.terms.len()] };
+        let chain = Chain::new(self.terms.len());
         let mut row = vec![chain; ELEMENTS];
         let mut force_n = |depth_m: &f64| {
             let pushes_m = row.iter_mut().enumerate().map(|(n, chain)| {
@@ -90,7 +90,7 @@ impl HalfSpace {
     /// depth, `int G(t - s) d'(s) ds`, returns to zero. `None` if it never does.
     #[must_use]
     pub fn lifts_off_m(&self, depths_m: &[f64], dt_s: f64) -> Option<f64> {
-        let mut chain = Chain { before_m: 0.0, borne_m: vec![0.0; self.terms.len()] };
+        let mut chain = Chain::new(self.terms.len());
         let mut loaded = false;
         depths_m.iter().copied().find(|depth_m| {
             let push_m = chain.step(&self.terms, *depth_m, dt_s);
@@ -108,9 +108,14 @@ impl HalfSpace {
 }
 
 impl Chain {
+    /// A chain at rest with this number of Maxwell elements.
+    pub(crate) fn new(terms: usize) -> Self {
+        Self { before_m: 0.0, borne_m: vec![0.0; terms] }
+    }
+
     /// Advances by one step with the probe at a depth of `probe_m`; returns the force divided by
     /// the stiffness [m].
-    fn step(&mut self, terms: &[(f64, f64)], probe_m: f64, dt_s: f64) -> f64 {
+    pub(crate) fn step(&mut self, terms: &[(f64, f64)], probe_m: f64, dt_s: f64) -> f64 {
         let steps = |time_s: f64| {
             let kept = (-dt_s / time_s).exp();
             (kept, (1.0 - kept) * time_s / dt_s)

@@ -20,6 +20,7 @@ pub mod calibrate;
 pub mod far_field;
 pub mod force_map;
 pub mod half_space;
+pub mod identify;
 pub mod law_fit;
 pub mod partial_slip;
 pub mod plan;

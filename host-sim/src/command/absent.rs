@@ -4,6 +4,7 @@ use super::on_demand::{Program, build_and_run};
 use super::options::board::BoardCommand;
 use super::options::emulate::EmulateArgs;
 use super::options::fit::FitArgs;
+use super::options::identify::IdentifyArgs;
 use super::options::pack::PackArgs;
 use crate::error::Error;
 
@@ -16,4 +17,4 @@ macro_rules! absent {
         })*
     };
 }
-absent!(BoardCommand, EmulateArgs, FitArgs, PackArgs);
+absent!(BoardCommand, EmulateArgs, FitArgs, IdentifyArgs, PackArgs);

@@ -12,10 +12,15 @@ const CHECKS: [&str; 2] = ["check", "merge"];
 const UNLISTED: [&str; 8] = ["accept", "chart", "completions", "faults", "paper", "stability", "suite", "unseen"];
 
 /// An example of each command, with its effect.
-const EXAMPLES: [(&str, &str, &str); 19] = [
+const EXAMPLES: [(&str, &str, &str); 20] = [
     ("press", "palpate press --scene nodule --set probe.position_m=[0.01,0]", "press 10 mm beside the nodule"),
     ("scene", "palpate scene nodule > mine.toml", "a scene of your own to change"),
     ("fit", "palpate fit --scene mine.toml --nodes 130", "a calibrated patch of your scene, and how wrong it is"),
+    (
+        "identify",
+        "palpate identify phantom.csv --tip sphere:4mm --thickness 10mm",
+        "a scene of the tissue, and what the data cannot say",
+    ),
     ("merge", "palpate merge out/parts", "after `palpate loop --quick --out out/parts --cases 0..50`, and `--cases 50..999`"),
     ("mesh", "palpate mesh check liver.msh --unit mm", "the size of a mesh, its worst tet, and what the import changed"),
     ("pack", "palpate pack --board nucleo-f446re", "the block as a patch file for that board"),
@@ -125,7 +130,7 @@ mod tests {
             assert_eq!((usage.contains(&line), checks.contains(&line)), (!check && listed, check), "{help}");
         }
         let rows = |list: &str| list.lines().filter(|line| line.starts_with("  ")).count();
-        assert!(rows(usage) <= 9 && rows(usage) + rows(checks) <= 12, "{help}");
+        assert!(rows(usage) <= 10 && rows(usage) + rows(checks) <= 12, "{help}");
         assert!(help.contains("Usage: palpate [COMMAND]") && help.contains("Exit code"), "{help}");
         for command in grouped(Cli::command()).get_subcommands() {
             let (_, line, _) = EXAMPLES.iter().find(|(name, ..)| *name == command.get_name()).unwrap();

@@ -8,6 +8,7 @@ pub mod chart;
 pub mod emulate;
 pub mod faults;
 pub mod fit;
+pub mod identify;
 pub mod pack;
 pub mod paper;
 pub mod stability;

@@ -3,6 +3,7 @@
 mod bad_files_say_what_where_how;
 mod bad_input_says_what_where_how;
 mod bad_terms_say_what_where_how;
+mod bad_tests_say_what_where_how;
 mod contact_map_is_written;
 mod documents_are_short;
 mod drives_reach_their_targets;

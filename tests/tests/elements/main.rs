@@ -9,6 +9,7 @@ mod file_variants;
 mod fingerprint;
 mod fuzz;
 mod guide_lists_what_is_read;
+mod known_tissues_are_identified;
 mod mesh_import;
 mod organ_meshes;
 mod solved_again;

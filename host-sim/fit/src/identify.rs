@@ -1,0 +1,12 @@
+//! Identifies modulus, stiffening and relaxation of a tissue from indentations of it.
+//!
+//! ```text
+//! record (columns, contact, segments) ─ elastic (axial: finite elements) ─ model ─ fit ─ study
+//! ```
+
+pub mod axial;
+pub mod elastic;
+pub mod fit;
+pub mod model;
+pub mod record;
+pub mod study;

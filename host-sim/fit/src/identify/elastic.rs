@@ -1,0 +1,143 @@
+//! Elastic force of a test over depth and stiffening exponent: finite elements at a few exponents,
+//! interpolated as a factor on the law of small depth, such as Hertz's.
+//!
+//! The factor is 1 where the depth vanishes, and smooth in the square root of the depth, as it
+//! depends on the contact radius over the thickness. Its logarithm is a polynomial without a
+//! constant, fitted to the solved depths: first contact, where elements are too coarse, is exact.
+
+use nalgebra::{SMatrix, SVector};
+use rayon::prelude::{IntoParallelIterator, ParallelIterator};
+
+use super::axial::Cylinder;
+
+/// Number of solved depths, and number of terms of the polynomial.
+const DEPTHS: usize = 14;
+const TERMS: usize = 6;
+/// Square root of the first solved depth over that of the deepest.
+const FIRST: f64 = 0.22;
+/// Size of the elements, divided by the largest contact radius.
+const FINENESS: f64 = 0.14;
+/// Exponents at which forces are solved, evenly spaced in ln(1 + b).
+pub const EXPONENTS: [f64; 5] = [0.0, 1.0, 3.0, 7.0, 15.0];
+
+/// A ball over the centre of a slab with a fixed bottom.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Setup {
+    /// Radius of the ball [m].
+    pub ball_m: f64,
+    /// Sides of the slab, the thickness last [m].
+    pub block_m: [f64; 3],
+    /// Poisson's ratio (1).
+    pub poisson_ratio: f64,
+}
+
+impl Setup {
+    /// The cylinder of the slab's area.
+    fn cylinder(&self, stiffening_b: f64, fineness: f64) -> Cylinder {
+        let [x, y, height_m] = self.block_m;
+        let radius_m = (x * y / std::f64::consts::PI).sqrt();
+        let &Self { ball_m, poisson_ratio, .. } = self;
+        Cylinder { ball_m, radius_m, height_m, poisson_ratio, stiffening_b, fineness }
+    }
+}
+
+/// Force over Young's modulus as a function of depth and exponent.
+#[derive(Clone, Debug)]
+pub struct Elastic {
+    deepest_m: f64,
+    /// Force over E at small depth [m^2] is this times depth to the power.
+    scale: f64,
+    power: f64,
+    exponents: Vec<f64>,
+    polynomials: Vec<[f64; TERMS]>,
+}
+
+/// Curve at one exponent.
+#[derive(Clone, Copy, Debug)]
+pub struct Curve {
+    deepest_m: f64,
+    scale: f64,
+    power: f64,
+    polynomial: [f64; TERMS],
+}
+
+/// Depths at which forces are solved [m].
+#[must_use]
+pub fn depths_m(deepest_m: f64) -> [f64; DEPTHS] {
+    std::array::from_fn(|n| deepest_m * (FIRST + (1.0 - FIRST) * n as f64 / (DEPTHS - 1) as f64).powi(2))
+}
+
+impl Elastic {
+    /// Solves a ball on a slab to a depth [m]; `None` if some press finds no equilibrium.
+    #[must_use]
+    pub fn solve(setup: &Setup, deepest_m: f64) -> Option<Self> {
+        Self::solve_at(setup, deepest_m, &EXPONENTS)
+    }
+
+    /// Solves at these exponents.
+    #[must_use]
+    pub fn solve_at(setup: &Setup, deepest_m: f64, exponents: &[f64]) -> Option<Self> {
+        Self::solve_with(setup, deepest_m, exponents, FINENESS)
+    }
+
+    /// Solves with elements of another size, divided by the largest contact radius.
+    #[must_use]
+    pub fn solve_with(setup: &Setup, deepest_m: f64, exponents: &[f64], fineness: f64) -> Option<Self> {
+        let depths_m = depths_m(deepest_m);
+        let solve = |b: &f64| (*b, setup.cylinder(*b, fineness).forces_m2(&depths_m));
+        let solved: Vec<(f64, Vec<f64>)> = exponents.to_vec().into_par_iter().map(|b| solve(&b)).collect();
+        let nu = setup.poisson_ratio;
+        Self::of(deepest_m, 4.0 / 3.0 / (1.0 - nu * nu) * setup.ball_m.sqrt(), 1.5, &solved)
+    }
+
+    /// Takes forces over E at [`depths_m`] for ascending exponents; the force at small depth is
+    /// `scale` times depth to `power`. An exponent without all of its forces ends the list.
+    #[must_use]
+    pub fn of(deepest_m: f64, scale: f64, power: f64, solved: &[(f64, Vec<f64>)]) -> Option<Self> {
+        let depths_m = depths_m(deepest_m);
+        let place = |depth_m: f64| (depth_m / deepest_m).sqrt();
+        // an error of the elements is like one over the number of them in contact
+        let rows = SMatrix::<f64, DEPTHS, TERMS>::from_fn(|n, k| place(depths_m[n]).powi(k as i32 + 2)).qr();
+        let of = |forces: &[f64]| -> Option<[f64; TERMS]> {
+            let right =
+                SVector::<f64, DEPTHS>::from_fn(|n, _| (forces[n] / (scale * depths_m[n].powf(power))).ln() * place(depths_m[n]));
+            rows.r().solve_upper_triangular(&(rows.q().transpose() * right)).map(Into::into)
+        };
+        let whole = solved.iter().take_while(|(_, forces)| forces.len() == DEPTHS && forces.iter().all(|f| *f > 0.0));
+        let polynomials: Vec<[f64; TERMS]> = whole.map(|(_, forces)| of(forces)).collect::<Option<_>>()?;
+        let exponents = solved.iter().map(|(b, _)| *b).take(polynomials.len()).collect();
+        (!polynomials.is_empty()).then_some(Self { deepest_m, scale, power, exponents, polynomials })
+    }
+
+    /// Largest exponent.
+    #[must_use]
+    pub fn most_b(&self) -> f64 {
+        self.exponents.last().copied().unwrap_or(0.0)
+    }
+
+    /// Curve at an exponent.
+    #[must_use]
+    pub fn at(&self, b: f64) -> Curve {
+        let x = |b: f64| b.ln_1p();
+        let mut polynomial = [0.0; TERMS];
+        for (n, of) in self.polynomials.iter().enumerate() {
+            let others = (0..self.exponents.len()).filter(|m| *m != n).map(|m| self.exponents[m]);
+            let weight: f64 = others.map(|other| (x(b) - x(other)) / (x(self.exponents[n]) - x(other))).product();
+            polynomial.iter_mut().zip(of).for_each(|(p, of)| *p += weight * of);
+        }
+        Curve { deepest_m: self.deepest_m, scale: self.scale, power: self.power, polynomial }
+    }
+}
+
+impl Curve {
+    /// Force over E [m^2] at a depth [m]; zero above the surface.
+    #[must_use]
+    pub fn force_m2(&self, depth_m: f64) -> f64 {
+        if depth_m <= 0.0 {
+            return 0.0;
+        }
+        let s = (depth_m / self.deepest_m).sqrt();
+        let ln = s * self.polynomial.iter().rev().fold(0.0, |sum, p| sum * s + p);
+        self.scale * depth_m.powf(self.power) * ln.exp()
+    }
+}

@@ -1,0 +1,279 @@
+//! Identification from records to report: elastic curves, fit, intervals, the limits of the data
+//! with the measurement that would remove them, and the judgement of rows that were not fitted.
+
+use super::elastic::{Elastic, Setup};
+use super::fit::{Estimate, Fitted, Problem, Quantity, Settings};
+use super::model::{Tissue, any_n};
+use super::record::Record;
+
+/// Relative half width of an interval up to which modulus and exponent are told (1), and the half
+/// width of a share.
+const TOLD_MODULUS: f64 = 0.05;
+const TOLD_EXPONENT: f64 = 0.2;
+const TOLD_SHARE: f64 = 0.05;
+/// Range of the moduli of tissues and phantoms [Pa].
+const MODULI_PA: [f64; 2] = [100.0, 10e6];
+/// Largest number of times that first contact is moved.
+const MOST_TRIES: usize = 4;
+/// Correlation from which two quantities trade off (1).
+const TRADED: f64 = 0.85;
+
+/// Given data of the test.
+#[derive(Clone, Copy, Debug)]
+pub struct Plan {
+    /// Radius of the ball [m].
+    pub ball_m: f64,
+    /// Sides of the slab, the thickness last [m].
+    pub block_m: [f64; 3],
+    /// Poisson's ratio (1).
+    pub poisson_ratio: f64,
+    /// Number of tests that are left out; of a single test, half of its hold if not zero.
+    pub leave_out: usize,
+}
+
+/// A test beside its model.
+#[derive(Clone, Debug)]
+pub struct Judged {
+    /// Depth of first contact [m].
+    pub contact_m: f64,
+    /// Depth of the deepest row below first contact [m].
+    pub depth_m: f64,
+    /// Rows that were fitted.
+    pub fitted: usize,
+    /// Forces of the model in all rows [N].
+    pub model_n: Vec<f64>,
+    /// Segments with the rms error over the peak [%], and whether the segment was fitted.
+    pub segments: Vec<(&'static str, f64, bool)>,
+    /// Depths at which the force vanishes on the way back: measured and by the model [m].
+    pub lift_off_m: Option<[f64; 2]>,
+}
+
+/// Result of an identification.
+#[derive(Clone, Debug)]
+pub struct Identified {
+    /// The most likely tissue.
+    pub tissue: Tissue,
+    /// Its constants with intervals: modulus, relaxed modulus, exponent, then share and time of
+    /// each term.
+    pub estimates: Vec<Estimate>,
+    /// The best tissue without stiffening, and its rms error over the peak [%].
+    pub plain: (Tissue, f64),
+    /// Information gained by the exponent.
+    pub exponent_gain: f64,
+    /// Information criterion of each number of terms, with stiffening.
+    pub criteria: Vec<(usize, f64)>,
+    /// Sentences on what the data cannot say, and the measurement that would.
+    pub unsaid: Vec<String>,
+    /// Each test.
+    pub tests: Vec<Judged>,
+    /// Rms error over the peak in the fitted rows [%].
+    pub rms_pct: f64,
+}
+
+impl Identified {
+    /// The estimate of a quantity.
+    #[must_use]
+    pub fn of(&self, of: Quantity) -> Option<&Estimate> {
+        self.estimates.iter().find(|e| e.of == of)
+    }
+}
+
+impl Estimate {
+    /// Half the width of the interval over the value (1).
+    #[must_use]
+    pub fn relative(&self) -> f64 {
+        0.5 * (self.interval[1] - self.interval[0]) / self.value
+    }
+
+    /// Whether the interval is narrow enough for the value to be relied on.
+    #[must_use]
+    pub fn told(&self) -> bool {
+        match self.of {
+            Quantity::Modulus | Quantity::Relaxed => self.relative() <= TOLD_MODULUS,
+            Quantity::Exponent => self.relative() <= TOLD_EXPONENT,
+            Quantity::Share(_) => self.interval[1] - self.interval[0] <= 2.0 * TOLD_SHARE,
+            Quantity::Time(_) => self.relative() <= 0.5,
+            Quantity::Contact(_) => true,
+        }
+    }
+}
+
+/// Rms of a difference over the peak [%].
+fn rms_pct(model_n: &[f64], force_n: &[f64], peak_n: f64) -> f64 {
+    let square: f64 = model_n.iter().zip(force_n).map(|(a, b)| (a - b).powi(2)).sum();
+    100.0 * (square / force_n.len().max(1) as f64).sqrt() / peak_n
+}
+
+/// Identifies the tissue of some tests.
+///
+/// # Errors
+/// One sentence: the finite elements find no equilibrium, or the modulus is not that of a tissue.
+pub fn identify(plan: &Plan, records: &[Record]) -> Result<Identified, String> {
+    let kept = records.len() - if records.len() > 1 { plan.leave_out.min(records.len() - 1) } else { 0 };
+    let half = records.len() == 1 && plan.leave_out > 0;
+    let setup = Setup { ball_m: plan.ball_m, block_m: plan.block_m, poisson_ratio: plan.poisson_ratio };
+    let rows = |r: &Record| if half { r.segments.hold.start + r.segments.hold.len() / 2 } else { r.segments.hold.end };
+    let fitted: Vec<usize> = records[..kept].iter().map(rows).collect();
+    let unsolved = || "no constants fit the forces: check the columns and their units".to_owned();
+    let mut records = records.to_vec();
+    let (mut elastic, mut tries) = (solve(&setup, &records)?, 0);
+    loop {
+        let mut problem = Problem::new(&elastic, &records[..kept], fitted.clone(), Settings::default());
+        let fit = problem.solve().ok_or_else(unsolved)?;
+        let to_m: Vec<f64> = (0..kept).map(|n| fit.contact_m(n)).collect();
+        tries += 1;
+        // where contact was found at the edge of its range, it is somewhere else
+        let moved = records.iter_mut().zip(to_m).map(|(record, to_m)| record.move_contact(to_m)).fold(false, |a, b| a | b);
+        if !moved || tries > MOST_TRIES {
+            break;
+        }
+        elastic = solve(&setup, &records)?;
+    }
+    let records = &records[..];
+    let mut problem = Problem::new(&elastic, &records[..kept], fitted.clone(), Settings::default());
+    let fit = problem.solve().ok_or_else(unsolved)?;
+    let tissue = fit.tissue();
+    refuse_modulus(tissue.youngs_modulus_pa, records)?;
+    let mut plain_problem =
+        Problem::new(&elastic, &records[..kept], fitted.clone(), Settings { stiffens: false, ..Settings::default() });
+    let plain = plain_problem.solve().ok_or_else(unsolved)?;
+    let least = |fit: &Fitted| fit.criteria.iter().map(|c| c.1).fold(f64::MAX, f64::min);
+    let mut wanted = vec![Quantity::Modulus, Quantity::Relaxed, Quantity::Exponent];
+    wanted.extend((0..fit.terms()).flat_map(|k| [Quantity::Share(k), Quantity::Time(k)]));
+    let estimates: Vec<Estimate> = wanted.iter().map(|of| problem.estimate(&fit, *of)).collect();
+    // a test that was left out keeps its own contact
+    let mut tests = Vec::new();
+    for (n, record) in records.iter().enumerate() {
+        let contact_m = if n < kept { fit.contact_m(n) } else { record.contact_m };
+        let depth_m: Vec<f64> = record.depth_m.iter().map(|d| d - contact_m).collect();
+        let mut model_n = any_n(&tissue, &elastic.at(tissue.stiffening_b), &record.time_s, &depth_m);
+        let zero_n = if n < kept { problem.zero_n(&fit, n) } else { 0.0 };
+        model_n.iter_mut().for_each(|force_n| *force_n += zero_n);
+        tests.push(judge(record, model_n, contact_m, fitted.get(n).copied().unwrap_or(0)));
+    }
+    let error = |problem: &Problem, fit: &Fitted| {
+        let tissue = fit.tissue();
+        let of = |n: usize| {
+            let r = &records[n];
+            let depth_m: Vec<f64> = r.depth_m[..fitted[n]].iter().map(|d| d - fit.contact_m(n)).collect();
+            let mut model = any_n(&tissue, &elastic.at(tissue.stiffening_b), &r.time_s[..fitted[n]], &depth_m);
+            model.iter_mut().for_each(|force_n| *force_n += problem.zero_n(fit, n));
+            rms_pct(&model, &r.force_n[..fitted[n]], r.force_n.iter().copied().fold(0.0, f64::max)).powi(2)
+        };
+        ((0..kept).map(of).sum::<f64>() / kept as f64).sqrt()
+    };
+    let unsaid = unsaid(plan, &records[..kept], &fit, &estimates, &elastic);
+    Ok(Identified {
+        rms_pct: error(&problem, &fit),
+        plain: (plain.tissue(), error(&plain_problem, &plain)),
+        exponent_gain: least(&plain) - least(&fit),
+        criteria: fit.criteria.clone(),
+        tissue,
+        estimates,
+        unsaid,
+        tests,
+    })
+}
+
+/// Elastic curves to the depth that the records may reach.
+fn solve(setup: &Setup, records: &[Record]) -> Result<Elastic, String> {
+    let deepest = |r: &Record| r.depth_m.iter().copied().fold(0.0, f64::max) - r.contact_range_m[0];
+    let deepest_m = records.iter().map(deepest).fold(0.0, f64::max);
+    Elastic::solve(setup, deepest_m).ok_or_else(|| {
+        format!(
+            "the finite elements of the test find no equilibrium {:.2} mm deep under a ball of {} mm: check --tip, --thickness and the unit of the depth",
+            deepest_m * 1e3,
+            setup.ball_m * 1e3
+        )
+    })
+}
+
+fn judge(record: &Record, model_n: Vec<f64>, contact_m: f64, fitted: usize) -> Judged {
+    let peak_n = record.force_n.iter().copied().fold(0.0, f64::max);
+    let s = &record.segments;
+    let halves = if fitted > s.hold.start && fitted < s.hold.end {
+        vec![s.hold.start..fitted, fitted..s.hold.end]
+    } else {
+        vec![s.hold.clone()]
+    };
+    let named = std::iter::once(("press", s.press.clone()))
+        .chain(halves.into_iter().enumerate().map(|(n, rows)| (["hold", "rest of the hold"][n], rows)))
+        .chain([("retreat", s.retreat.clone())]);
+    let segments = named
+        .filter(|(_, rows)| rows.len() > 2)
+        .map(|(name, rows)| (name, rms_pct(&model_n[rows.clone()], &record.force_n[rows.clone()], peak_n), rows.end <= fitted))
+        .collect();
+    let lifts = |force_n: &[f64]| {
+        let n = s.retreat.clone().find(|n| force_n[*n] < 0.01 * peak_n + record.noise_n)?;
+        Some(record.depth_m[n] - contact_m)
+    };
+    let lift_off_m = lifts(&record.force_n).zip(lifts(&model_n)).map(|(a, b)| [a, b]);
+    let depth_m = record.depth_m.iter().copied().fold(f64::MIN, f64::max) - contact_m;
+    Judged { contact_m, depth_m, fitted, model_n, segments, lift_off_m }
+}
+
+/// Refuses a modulus that is none of a tissue, and names the unit that would make it one.
+fn refuse_modulus(modulus_pa: f64, records: &[Record]) -> Result<(), String> {
+    let [low, high] = MODULI_PA;
+    if (low..=high).contains(&modulus_pa) {
+        return Ok(());
+    }
+    let likely = match modulus_pa / (low * high).sqrt() {
+        r if r > 1.0 => "the force is probably in mN where N is named (1000 times less), or the depth in mm where um is named",
+        _ => "the force is probably in N where mN is named (1000 times more), or the depth in um where mm is named",
+    };
+    Err(format!(
+        "{}: the modulus would be {:.3} kPa, which no tissue has (0.1 kPa to 10 MPa): {likely}; correct the units in the names of the columns",
+        records[0].name,
+        modulus_pa * 1e-3
+    ))
+}
+
+fn unsaid(plan: &Plan, records: &[Record], fit: &Fitted, estimates: &[Estimate], elastic: &Elastic) -> Vec<String> {
+    let mut said = Vec::new();
+    let deepest_m = records.iter().map(Record::span_m).fold(0.0, f64::max);
+    let hold_s = records.iter().map(Record::hold_s).fold(0.0, f64::max);
+    let press_s = records.iter().map(|r| r.span_m() / r.speed_m_per_s()).fold(f64::MAX, f64::min);
+    let contact = |a: Quantity| (0..records.len()).any(|n| fit.correlation(a, Quantity::Contact(n)).abs() > TRADED);
+    for e in estimates.iter().filter(|e| !e.told()) {
+        let [low, high] = e.interval;
+        match e.of {
+            Quantity::Modulus => {
+                let with = match () {
+                    () if contact(e.of) && !records.iter().all(|r| r.starts_before) => "it trades off with first contact: start recording 1 mm above the surface".into(),
+                    () if fit.correlation(e.of, Quantity::Exponent).abs() > TRADED => "it trades off with the exponent: press deeper, at a higher rate of rows".into(),
+                    () if (0..fit.terms()).any(|k| fit.correlation(e.of, Quantity::Share(k)).abs() > TRADED) => format!("it trades off with the fast relaxation: press faster than in {:.2} s", 0.3 * press_s),
+                    () => "repeat the test, and leave the tests in one folder".to_owned(),
+                };
+                said.push(format!("the modulus is known to {:.0} % only, from {:.2} to {:.2} kPa; {with}", 100.0 * e.relative(), low * 1e-3, high * 1e-3));
+            }
+            Quantity::Exponent => said.push(format!(
+                "the exponent b lies between {low:.2} and {high:.2}{}; press deeper than {:.1} mm ({} is the limit here) or repeat the test",
+                if high >= 0.99 * elastic.most_b() { " or above" } else { "" },
+                deepest_m * 1e3,
+                format_args!("{:.1} mm", 1e3 * (0.6 * plan.block_m[2]).min(plan.ball_m)),
+            )),
+            Quantity::Share(k) => said.push(format!("the share of relaxation term {} lies between {low:.2} and {high:.2}; hold for {:.0} s and press faster", k + 1, (3.0 * hold_s).max(10.0))),
+            Quantity::Time(k) => said.push(format!("the time of relaxation term {} lies between {low:.2} and {high:.2} s; hold for {:.0} s", k + 1, (3.0 * high).min(10.0 * hold_s.max(1.0)))),
+            _ => {}
+        }
+    }
+    if hold_s < 1.0 {
+        said.push(format!(
+            "relaxation is not seen in a hold of {hold_s:.1} s, so the modulus is that of this speed; hold for ten seconds"
+        ));
+    } else {
+        said.push(format!(
+            "relaxation slower than {:.0} s or faster than {:.2} s is not seen: the modulus is that of a press of {press_s:.1} s",
+            3.0 * hold_s,
+            press_s / 20.0
+        ));
+    }
+    if !records.iter().all(|r| r.starts_before) {
+        said.push(
+            "the zero of the force is taken on trust, as no row is before contact; start recording 1 mm above the surface".into(),
+        );
+    }
+    said.push(format!("friction, layers and another Poisson's ratio than {} are not seen by one ball", plan.poisson_ratio));
+    said
+}

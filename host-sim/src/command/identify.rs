@@ -1,0 +1,95 @@
+//! `palpate identify`: from measured forces to a scene, with what the data cannot say.
+
+mod patch;
+mod report;
+mod scene;
+
+use std::path::Path;
+
+use palpate_fit::identify::record::{Record, Table};
+use palpate_fit::identify::study::{Identified, Plan, identify};
+use palpate_tissue::Error as TissueError;
+use palpate_tissue::output::OutputFolder;
+
+use super::options::identify::IdentifyArgs;
+use super::progress::told;
+use super::stop;
+use super::verdict::Verdict;
+use crate::error::Error;
+use crate::provenance;
+
+/// Reads all tests of a file or of the files of a folder.
+fn read(path: &Path, thickness_m: f64) -> Result<(Vec<Record>, Vec<String>), Error> {
+    let unreadable = |path: &Path, source| TissueError::Read { path: path.into(), source };
+    let mut files = vec![path.to_owned()];
+    if path.is_dir() {
+        let entries = std::fs::read_dir(path).map_err(|source| unreadable(path, source))?;
+        let table =
+            |path: &std::path::PathBuf| path.extension().is_some_and(|e| ["csv", "tsv", "txt"].iter().any(|known| e == *known));
+        files = entries.flatten().map(|entry| entry.path()).filter(table).collect();
+        files.sort();
+        if files.is_empty() {
+            return Err(TissueError::Usage(format!(
+                "{}: no file ending in .csv, .tsv or .txt: give a folder of tests",
+                path.display()
+            ))
+            .into());
+        }
+    }
+    let (mut records, mut notes) = (Vec::new(), Vec::new());
+    for file in files {
+        let bytes = std::fs::read(&file).map_err(|source| unreadable(&file, source))?;
+        // files of older programs are in Latin-1, in which a byte is a character
+        let text = String::from_utf8(bytes).unwrap_or_else(|error| error.into_bytes().into_iter().map(char::from).collect());
+        let table = Table::read(&file.display().to_string(), &text).map_err(TissueError::Usage)?;
+        notes.extend(table.notes);
+        for (name, rows) in table.tests {
+            records.push(Record::of(&name, rows, thickness_m).map_err(TissueError::Usage)?);
+        }
+    }
+    Ok((records, notes))
+}
+
+impl IdentifyArgs {
+    /// Thickness and sides of the tissue [m].
+    fn block_m(&self) -> [f64; 3] {
+        let wide_m = 4.0 * self.thickness + 8.0 * self.tip;
+        let [x, y] = self.block.unwrap_or([wide_m; 2]);
+        [x, y, self.thickness]
+    }
+
+    pub(super) fn run(&self) -> Result<(), Error> {
+        let (records, notes) = read(&self.data, self.thickness)?;
+        let plan = Plan { ball_m: self.tip, block_m: self.block_m(), poisson_ratio: self.nu, leave_out: self.leave_out };
+        let found = told("solving finite elements of the test", || identify(&plan, &records)).map_err(TissueError::Usage)?;
+        let folder = self.out.clone().unwrap_or_else(|| "out/identify".into());
+        stop::says_what_stays(&folder);
+        let folder = OutputFolder::open(&folder)?.made_by(provenance::of(None));
+        self.write(&folder, &found, &records)?;
+        let verdict = Verdict::ok(report::headline(&found)).warning_if(!found.unsaid.is_empty()).first();
+        report::print(self, &found, &records, &notes);
+        let out = folder.publish()?;
+        println!("\nwrote {}: summary.json, identified.toml, fit.csv, identified.svg and .png", out.display());
+        if self.fit {
+            patch::fit_and_judge(&out.join(scene::name(&found)), &out.join("board"), &found, &records)?;
+        } else {
+            println!("next: palpate fit --scene {} --board {}", out.join(scene::name(&found)).display(), patch::BOARD);
+        }
+        verdict.last()
+    }
+
+    fn write(&self, folder: &OutputFolder, found: &Identified, records: &[Record]) -> Result<(), Error> {
+        for (name, text) in scene::texts(self, found, records) {
+            folder.write(name, text.as_bytes())?;
+        }
+        let rows = found.tests.iter().enumerate().flat_map(|(n, test)| {
+            let record = &records[n];
+            (0..record.time_s.len()).map(move |k| {
+                [n as f64, record.time_s[k], record.depth_m[k] - test.contact_m, record.force_n[k], test.model_n[k]]
+            })
+        });
+        folder.write_csv("fit.csv", ["test", "time_s", "depth_m", "force_n", "model_n"], rows)?;
+        report::figure(found, records).draw(folder.draft())?;
+        Ok(folder.write_summary(&report::summary(found, records))?)
+    }
+}

@@ -1,0 +1,72 @@
+//! From an identified scene to a patch for a board, and its force beside the data.
+
+use std::path::Path;
+
+use clap::Parser;
+use palpate_fit::identify::record::Record;
+use palpate_fit::identify::study::Identified;
+use palpate_tissue::Error as TissueError;
+use palpate_tissue::press;
+use palpate_tissue::scene::{Change, Scene};
+use palpate_tissue::session::Session;
+
+use crate::command::Cli;
+use crate::error::Error;
+
+/// Board of the patch.
+pub(super) const BOARD: &str = "m4f-168";
+
+/// Fits a patch to the scene for the board, presses it as in the tests, and prints how far its
+/// force is off the data: at equal depths of the press, and at equal times of the hold.
+pub(super) fn fit_and_judge(scene: &Path, out: &Path, found: &Identified, records: &[Record]) -> Result<(), Error> {
+    let (scene, folder) = (scene.display().to_string(), out.display().to_string());
+    let line = ["palpate", "fit", "--scene", &scene, "--board", BOARD, "--out", &folder];
+    println!("\n$ {}", line.join(" "));
+    let fit = Cli::try_parse_from(line).map_err(|error| TissueError::Usage(error.to_string()))?.run();
+    // the patch is judged even if it is further off finite elements than `fit` promises
+    if let Err(error @ Error::Tissue(TissueError::Check(_))) = &fit {
+        println!("{error}");
+    } else {
+        fit?;
+    }
+    let patch = format!("{}-{BOARD}.patch", Scene::load_with(&scene, &[])?.name);
+    let change: Change = format!("solver.patch={}", out.canonicalize().unwrap_or_else(|_| out.into()).join(patch).display())
+        .parse()
+        .map_err(TissueError::Usage)?;
+    let scene = Scene::load_with(&scene, &[change])?;
+    let session = Session::prepare(&scene)?;
+    let run = press::run(&scene, &session, |_| ())?;
+    if let Some(fault) = run.fault {
+        return Err(TissueError::Check(format!("the patch does not press as in the test: {fault}")).into());
+    }
+    let axis = session.params.probe.axis;
+    let force_n: Vec<f64> = run.ticks.iter().map(|row| f64::from(row.output.force_n.dot(&axis))).collect();
+    let deepest_m = run.ticks.iter().map(|row| row.command_m).fold(0.0, f64::max);
+    let reached = run.ticks.iter().position(|row| row.command_m > deepest_m - 1e-8).unwrap_or(0);
+    println!("the patch for {BOARD} beside the data, in % rms of the peak:");
+    for (record, test) in records.iter().zip(&found.tests) {
+        let peak_n = record.force_n.iter().copied().fold(0.0, f64::max);
+        let rms_pct = |pairs: &[(f64, f64)]| {
+            100.0 * (pairs.iter().map(|(a, b)| (a - b).powi(2)).sum::<f64>() / pairs.len().max(1) as f64).sqrt() / peak_n
+        };
+        let [press, hold] = [&record.segments.press, &record.segments.hold];
+        let pressed = press.clone().filter_map(|n| {
+            let depth_m = record.depth_m[n] - test.contact_m;
+            let tick = run.ticks[..reached].partition_point(|row| row.command_m < depth_m);
+            (depth_m > 0.0).then(|| (force_n[tick], record.force_n[n]))
+        });
+        let held = hold.clone().filter_map(|n| {
+            let tick = reached + (1e3 * (record.time_s[n] - record.time_s[hold.start])) as usize;
+            (run.ticks.get(tick)?.command_m > deepest_m - 1e-8).then(|| (force_n[tick], record.force_n[n]))
+        });
+        let (pressed, held): (Vec<_>, Vec<_>) = (pressed.collect(), held.collect());
+        println!(
+            "  {}: press {:.2}, hold {:.2} (the identified model: {:.2})",
+            record.name,
+            rms_pct(&pressed),
+            rms_pct(&held),
+            found.rms_pct
+        );
+    }
+    Ok(())
+}

@@ -1,0 +1,85 @@
+//! `identify` refuses a file that is no test of a tissue with one line, and writes nothing.
+
+use palpate_tests::palpate_command::{Desk, palpate};
+
+use crate::bad_input_says_what_where_how::refused;
+
+const SCRATCH: &str = env!("CARGO_TARGET_TMPDIR");
+const PHANTOM: &str = include_str!("../../../host-sim/book/src/guide/phantom.csv");
+const NAMES: &str = "time_s,depth_mm,force_mN";
+
+/// The phantom's rows of time [s], depth [mm] and force [mN], changed by a function of their index;
+/// `None` leaves a row out.
+fn changed(names: &str, change: impl Fn(usize, [f64; 3]) -> Option<[f64; 3]>) -> String {
+    let rows = PHANTOM.lines().skip_while(|line| *line != NAMES).skip(1).enumerate().filter_map(|(n, line)| {
+        let mut cells = line.split(',').map(|cell| cell.parse().unwrap());
+        change(n, std::array::from_fn(|_| cells.next().unwrap()))
+    });
+    let rows = rows.map(|[t, d, f]| format!("{t:.3},{d:.4},{f:.3}\n"));
+    rows.fold(format!("{names}\n"), |text, row| text + &row)
+}
+
+#[test]
+fn every_fault_of_a_test_is_named_with_its_remedy() {
+    let same = |_: usize, row: [f64; 3]| Some(row);
+    let cases: [(&str, String, &[&str]); 15] = [
+        ("swapped", changed("time_s,force_N,depth_cm", |_, [t, d, f]| Some([t, d * 0.1, f * 1e-3])), &["swapped", "names"]),
+        ("newtons", changed("time_s,depth_mm,force_N", same), &["modulus would be", "mN", "units"]),
+        ("metres", changed("time_s,depth_m,force_mN", same), &["unit of the depth", "--thickness"]),
+        (
+            "backwards",
+            changed(NAMES, |n, [t, d, f]| Some([if n > 300 { t - 3.0 } else { t }, d, f])),
+            &["time runs backwards", "row 301", "sort"],
+        ),
+        ("no contact", changed(NAMES, |n, row| (n < 25).then_some(row)), &["no contact", "press deeper"]),
+        (
+            "saturated",
+            changed(NAMES, |_, [t, d, f]| Some([t, d, f.min(300.0)])),
+            &["exactly 0.3 N", "saturated", "press less deep"],
+        ),
+        ("drift", changed(NAMES, |_, [t, d, f]| Some([t, d, f + 120.0 * t])), &["before contact", "drifts", "warm up"]),
+        ("one point", changed(NAMES, |n, row| (n == 100).then_some(row)), &["1 rows", "at least 20"]),
+        ("upwards", changed(NAMES, |_, [t, d, f]| Some([t, -d, f])), &["positive into the tissue", "sign"]),
+        ("pulling", changed(NAMES, |_, [t, d, f]| Some([t, d, -f])), &["force is negative", "positive"]),
+        ("decimal comma", changed(NAMES, same).replace('.', ","), &["line 2", "decimal commas", "semicolons"]),
+        ("names", changed("a,b,c", same), &["no column of time and depth and force", "profondeur", "depth_mm"]),
+        ("no unit", changed("time_s,depth,force_mN", same), &["\"depth\" has no unit", "depth_mm"]),
+        ("word", changed(NAMES, same).replacen("5.", "x.", 1), &["is no number", "leave the row out"]),
+        ("empty", String::new(), &["empty"]),
+    ];
+    for (what, text, says) in cases {
+        let desk = Desk::default();
+        desk.put("test.csv", text);
+        println!("{what}");
+        let says = [&["test.csv"], says].concat();
+        refused(&desk, &["identify", "test.csv", "--tip", "sphere:4mm", "--thickness", "10mm", "--out", "out"], &says);
+    }
+}
+
+#[test]
+fn a_wrong_option_is_refused_before_anything_is_read() {
+    let desk = Desk::default();
+    let with = |more: &[&'static str]| [&["identify", "none.csv"], more].concat();
+    refused(&desk, &with(&["--tip", "sphere:4mm", "--thickness", "10mm"]), &["none.csv", "check the path"]);
+    refused(&desk, &with(&["--tip", "sphere:4", "--thickness", "10mm"]), &["--tip 4 m", "such as 4mm"]);
+    refused(&desk, &with(&["--tip", "sphere:4mm", "--thickness", "10mm", "--nu", "0.5"]), &["--nu 0.5", "0.49"]);
+    refused(&desk, &with(&["--tip", "sphere:4mm", "--thickness", "10mm", "--block", "5x5mm"]), &["--block", "width of the tip"]);
+}
+
+#[test]
+fn the_first_lines_say_what_the_data_cannot_and_the_scene_is_pressed() {
+    let desk = Desk::default();
+    // German names, a byte order mark, semicolons and decimal commas; no rows before contact
+    let text = changed("Zeit [s],Eindringtiefe [mm],Kraft [mN]", |n, row| (n >= 26).then_some(row));
+    desk.put("versuch.csv", format!("\u{feff}{}", text.replace(',', ";").replace('.', ",")));
+    let arguments =
+        ["identify", "versuch.csv", "--tip", "sphere:4mm", "--thickness", "10mm", "--block", "50x50mm", "--out", "out"];
+    let found = palpate(SCRATCH, desk.folder(), &arguments);
+    assert_eq!(found.code, Some(0), "{found:?}");
+    let first: Vec<&str> = found.stdout.lines().take(10).collect();
+    let first = first.join("\n");
+    assert!(first.contains("the data do not say") && first.contains("start recording 1 mm above"), "{first}");
+    assert!(found.stdout.contains("palpate fit --scene out/identified") && found.stdout.contains("decimal marks"));
+    let pressed = palpate(SCRATCH, desk.folder(), &["press", "--scene", "out/identified.toml", "--set", "drive.hold_s=0.3"]);
+    assert_eq!(pressed.code, Some(0), "{pressed:?}");
+}
