@@ -58,6 +58,12 @@ impl IdentifyArgs {
         [x, y, self.thickness]
     }
 
+    /// Radius of a piece that ends above the support, if the radius that `fit` takes would not.
+    fn radius(&self) -> Option<String> {
+        let most_m = 0.6 * self.thickness;
+        (2.125 * self.tip > most_m).then(|| format!("{:.2}mm", most_m * 1e3))
+    }
+
     pub(super) fn run(&self) -> Result<(), Error> {
         let (records, notes) = read(&self.data, self.thickness)?;
         let plan = Plan { ball_m: self.tip, block_m: self.block_m(), poisson_ratio: self.nu, leave_out: self.leave_out };
@@ -71,9 +77,10 @@ impl IdentifyArgs {
         let out = folder.publish()?;
         println!("\nwrote {}: summary.json, identified.toml, fit.csv, identified.svg and .png", out.display());
         if self.fit {
-            patch::fit_and_judge(&out.join(scene::name(&found)), &out.join("board"), &found, &records)?;
+            patch::fit_and_judge(&out.join(scene::name(&found)), self.radius().as_deref(), &out.join("board"), &found, &records)?;
         } else {
-            println!("next: palpate fit --scene {} --board {}", out.join(scene::name(&found)).display(), patch::BOARD);
+            let radius = self.radius().map_or_else(String::new, |radius| format!(" --radius {radius}"));
+            println!("next: palpate fit --scene {} --board {}{radius}", out.join(scene::name(&found)).display(), patch::BOARD);
         }
         verdict.last()
     }

@@ -18,9 +18,16 @@ pub(super) const BOARD: &str = "m4f-168";
 
 /// Fits a patch to the scene for the board, presses it as in the tests, and prints how far its
 /// force is off the data: at equal depths of the press, and at equal times of the hold.
-pub(super) fn fit_and_judge(scene: &Path, out: &Path, found: &Identified, records: &[Record]) -> Result<(), Error> {
+pub(super) fn fit_and_judge(
+    scene: &Path,
+    radius: Option<&str>,
+    out: &Path,
+    found: &Identified,
+    records: &[Record],
+) -> Result<(), Error> {
     let (scene, folder) = (scene.display().to_string(), out.display().to_string());
     let line = ["palpate", "fit", "--scene", &scene, "--board", BOARD, "--out", &folder];
+    let line: Vec<&str> = line.into_iter().chain(radius.iter().flat_map(|radius| ["--radius", *radius])).collect();
     println!("\n$ {}", line.join(" "));
     let fit = Cli::try_parse_from(line).map_err(|error| TissueError::Usage(error.to_string()))?.run();
     // the patch is judged even if it is further off finite elements than `fit` promises
