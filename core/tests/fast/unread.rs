@@ -234,8 +234,8 @@ fn a_force_on_its_way_acts_and_none_does_once_the_device_is_released() {
     assert_eq!(fault, Some(palpate::Fault::OverSpeed));
 }
 
-/// Longest displacement that a force of 10 N is paid for at rest [m], after ticks with and without a
-/// reading.
+/// Longest displacement that a force of 10 N is paid for at rest [m], after ticks with and without
+/// a reading.
 fn paid_for_m(count_m: f32, reads: &[bool]) -> f32 {
     let device = DeviceSpec { delay_ticks: 0, mass_kg: 5.0, count_m, ..stylus() };
     let mut port = Port::with(device, AccountSettings::DEFAULT);
