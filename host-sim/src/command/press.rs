@@ -89,11 +89,11 @@ fn furthest_pct(scene: &Scene, press: &Press) -> Option<f64> {
     press.holds.iter().filter_map(pct).reduce(f64::max)
 }
 
-/// Whether the force is known to be far off.
+/// Whether the force is known to be far off, or often too late for a device.
 fn is_doubtful(scene: &Scene, session: &Session, press: &Press) -> bool {
     let moving = session.report.moving.is_some_and(|moving| moving.rms_pct > moving.allowed_pct);
     let coarse = coarse::missing_pct(scene, &session.patch).is_some_and(|pct| pct > FAR_PCT);
-    moving || coarse || furthest_pct(scene, press).is_some_and(|pct| pct > FAR_PCT)
+    press.often_late() || moving || coarse || furthest_pct(scene, press).is_some_and(|pct| pct > FAR_PCT)
 }
 
 /// Describes accuracy and speed of a press.
@@ -124,8 +124,12 @@ fn in_words(scene: &Scene, session: &Session, press: &Press) -> String {
         ),
         false => String::new(),
     };
+    let late = match press.often_late() {
+        true => format!("; {} of {} ticks took longer than 1 ms", press.deadline_misses, press.ticks.len()),
+        false => String::new(),
+    };
     let [_, _, slowest_us] = press.tick_us();
-    format!("{right}{soft}{limited}{moving}; the slowest tick took {:.1} % of its millisecond", f64::from(slowest_us) * 0.1)
+    format!("{right}{soft}{limited}{moving}{late}; the slowest tick took {:.1} % of its millisecond", f64::from(slowest_us) * 0.1)
 }
 
 pub(super) fn with_progress<T>(run: impl FnOnce(&mut dyn FnMut(usize)) -> T) -> T {
@@ -282,7 +286,7 @@ pub(super) fn print_holds(scene: &Scene, press: &Press) {
         "\n{} ticks, {} took more than their 1 ms{}; half take at most {p50:.1} us, 99 % at most {p99:.1} us, the slowest took {max:.1} us, {:.1} % of 1 ms ({}{})",
         press.ticks.len(),
         press.deadline_misses,
-        if press.timed_on == processor() { " (one in a hundred may)" } else { " (none may)" },
+        if press.timed_on == processor() { " (half may)" } else { " (none may)" },
         f64::from(max) * 0.1,
         if press.timed_on == processor() { "CPU time, " } else { "" },
         timed_on(press)
