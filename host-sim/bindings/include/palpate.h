@@ -137,11 +137,11 @@ typedef struct palpate_report {
   uint8_t reserved[6];
 } palpate_report;
 
-// Contact of the tissue with the probe after the last tick, for `palpate_read_contact`. All is zero
-// without contact, after a fault, and for a law, which has no surface.
+// Contact of the tissue with the probe after the last tick, for `palpate_read_contact`. All is
+// zero without contact, after a fault, and for a law, which has no surface.
 //
-// Forces and torque are those that the tissue exerts on the probe, before damping, gains and limits
-// of the loop. The wrench on the probe is the force `normal_n + friction_n` and the torque
+// Forces and torque are those that the tissue exerts on the probe, before damping, gains and
+// limits of the loop. The wrench on the probe is the force `normal_n + friction_n` and the torque
 // `torque_nm`.
 typedef struct palpate_contact {
   // Normal force [N]; it points out of the tissue.
@@ -299,9 +299,9 @@ enum palpate_code palpate_read_report(palpate_session session,
                                       struct palpate_report *report,
                                       size_t report_bytes);
 
-// Computes the contact of the tissue with the probe after the last tick and writes it to `contact`:
-// normal and friction force, torque about the tip, centre of pressure, axes, area and peak. It
-// changes no tick, and costs nothing where it is not called. `contact_bytes` is
+// Computes the contact of the tissue with the probe after the last tick and writes it to
+// `contact`: normal and friction force, torque about the tip, centre of pressure, axes, area and
+// peak. It changes no tick, and costs nothing where it is not called. `contact_bytes` is
 // `sizeof(palpate_contact)`.
 //
 // # Safety

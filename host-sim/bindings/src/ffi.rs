@@ -234,9 +234,9 @@ pub unsafe extern "C" fn palpate_read_report(session: Session, report: *mut Palp
     })
 }
 
-/// Computes the contact of the tissue with the probe after the last tick and writes it to `contact`:
-/// normal and friction force, torque about the tip, centre of pressure, axes, area and peak. It
-/// changes no tick, and costs nothing where it is not called. `contact_bytes` is
+/// Computes the contact of the tissue with the probe after the last tick and writes it to
+/// `contact`: normal and friction force, torque about the tip, centre of pressure, axes, area and
+/// peak. It changes no tick, and costs nothing where it is not called. `contact_bytes` is
 /// `sizeof(palpate_contact)`.
 ///
 /// # Safety

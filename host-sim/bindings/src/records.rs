@@ -173,11 +173,11 @@ impl PalpateReport {
     }
 }
 
-/// Contact of the tissue with the probe after the last tick, for `palpate_read_contact`. All is zero
-/// without contact, after a fault, and for a law, which has no surface.
+/// Contact of the tissue with the probe after the last tick, for `palpate_read_contact`. All is
+/// zero without contact, after a fault, and for a law, which has no surface.
 ///
-/// Forces and torque are those that the tissue exerts on the probe, before damping, gains and limits
-/// of the loop. The wrench on the probe is the force `normal_n + friction_n` and the torque
+/// Forces and torque are those that the tissue exerts on the probe, before damping, gains and
+/// limits of the loop. The wrench on the probe is the force `normal_n + friction_n` and the torque
 /// `torque_nm`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C)]

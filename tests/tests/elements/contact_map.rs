@@ -203,7 +203,7 @@ impl OffTheMiddle {
         refine(&mesh, |x| self.longest_m(x, least_m), 10_000)
     }
 
-    /// Force along the axis over E [m^2], and torque over E about the tip, around y [m^3], of finite
+    /// Force along the axis over E [m^2] and torque around y about the tip over E [m^3], of finite
     /// elements.
     fn solved(&self) -> [f64; 2] {
         let [along, axis] = self.frame();
@@ -222,7 +222,7 @@ impl OffTheMiddle {
         [force_m2.dot(&axis), torque_m3.y]
     }
 
-    /// The same of a patch.
+    /// Force and torque of a patch, as of [`Self::solved`].
     fn pressed(&self, bench: Bench) -> [f64; 2] {
         let [along, axis] = self.frame();
         let shape = (self.shape)(along.into()).of_core(axis.into());

@@ -15,7 +15,7 @@ use rayon::prelude::{IntoParallelRefIterator, ParallelIterator};
 
 use crate::{PalpateError, raised};
 
-/// What [`Session::run`] and [`session_many`] return of a tick.
+/// Record of a tick that [`Session::run`] and [`session_many`] return.
 struct Row {
     force_n: Vector3<f32>,
     tissue_n: Vector3<f32>,
@@ -154,9 +154,9 @@ impl Session {
         trace(py, &py.detach(|| ticks(session, &tips)), &[count])
     }
 
-    /// Contact of the tissue with the probe after the last tick: a dict of `normal_n`, `friction_n`,
-    /// `torque_nm`, `centre_m`, `axes`, `half_lengths_m`, `area_m2`, `peak_pressure_pa`, and
-    /// `pressure_pa` on each of `triangles`. All is zero without contact.
+    /// Contact of the tissue with the probe after the last tick: a dict of `normal_n`,
+    /// `friction_n`, `torque_nm`, `centre_m`, `axes`, `half_lengths_m`, `area_m2`,
+    /// `peak_pressure_pa`, and `pressure_pa` on each of `triangles`. All is zero without contact.
     ///
     /// Forces [N] and torque [N m] are those of the tissue on the probe, before damping, gains and
     /// limits of the loop; the torque is that of both forces about the tip, right-handed. It is
@@ -304,10 +304,10 @@ fn open(scene: Option<&str>, patch: Option<&Path>, device: &str) -> Result<Hapti
     }
 }
 
-/// Runs many sessions of one tissue, on all cores. Takes positions [m] of shape (sessions, ticks, 3)
-/// and returns the dict of `Session.run`, whose arrays have the sessions in front: `tissue_n` is the
-/// force of the tissue, and `force_n` that on the device, which follows the limits of the loop. Each
-/// session begins at rest and armed, and gives the bits of a single one. `scene`, `patch` and
+/// Runs many sessions of one tissue, on all cores. Takes positions [m] of shape (sessions, ticks,
+/// 3) and returns the dict of `Session.run`, whose arrays have the sessions in front: `tissue_n` is
+/// the force of the tissue, and `force_n` that on the device, which follows the limits of the loop.
+/// Each session begins at rest and armed, and gives the bits of a single one. `scene`, `patch` and
 /// `device` are those of `Session`.
 #[pyfunction]
 #[pyo3(signature = (scene, tips_m, *, patch=None, device="touch"))]
