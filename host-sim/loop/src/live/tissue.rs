@@ -105,8 +105,8 @@ impl LiveTissue {
         Ok(())
     }
 
-    /// Contact map after the last tick; `pressure_pa` receives the pressure on each surface triangle
-    /// [Pa] and may be empty. It allocates nothing and changes no tick.
+    /// Contact map after the last tick; `pressure_pa` receives the pressure on each surface
+    /// triangle [Pa] and may be empty. It allocates nothing and changes no tick.
     pub fn contact(&mut self, pressure_pa: &mut [f32]) -> ContactMap {
         let Self { patch, params, nodes, candidates, shapes, node_step, gains, faded, bristles, held, .. } = self;
         let model = patch.wide_model();
