@@ -1,5 +1,5 @@
-//! Contact map: how the contact force of a tick is distributed over the surface, computed on
-//! request.
+//! Contact map: how the contact force of a tick is distributed over the surface, and the torque
+//! about the tip that follows, computed on request.
 //!
 //! A net force is one vector. Where the tissue pushes, over what area and how unevenly, is known
 //! from the foundation points that produced it ([`crate::stages::force::foundation`]). The map
@@ -8,10 +8,11 @@
 //! between ticks or are cleared at the start of every tick.
 //!
 //! * in: positions after a tick, its candidates, the tip that the patch was shown
-//! * out: area, centre, axes, peak pressure, force; the pressure of every surface triangle
+//! * out: area, centre, axes, peak pressure, normal and friction force, torque; the pressure of
+//!   every surface triangle
 //! * cost: 0.8 us per touched triangle on a desktop, 20 us at 410 nodes; with stiffening one more
 //!   pass over the springs; 19 kB of flash on a board, so the shipped images leave it out
-//! * failures: none; empty without contact and after a fault
+//! * failures: none; empty without contact, after a fault, and for a law, which has no surface
 
 mod covered;
 mod moments;
@@ -24,9 +25,10 @@ use crate::params::Tuned;
 #[cfg(not(target_os = "none"))]
 use crate::stages::force::foundation::Sixteen;
 use crate::stages::force::foundation::{Four, Nine, Points, centre_m, penetration, push, turned_away};
+use crate::stages::force::friction;
 #[cfg(not(target_os = "none"))]
 use crate::stages::force::stiffening;
-use crate::state::{State, node};
+use crate::state::{Faded, State, node};
 use moments::Moments;
 
 /// Area, force and moments of a contact. Pressures are those of the push, without friction.
@@ -40,8 +42,14 @@ pub struct ContactMap {
     pub area_m2: f32,
     /// Centre of pressure, patch frame [m].
     pub centre_m: Vector3<f32>,
-    /// Force on the probe, patch frame [N]; it points out of the tissue.
+    /// Normal force on the probe, patch frame [N]: the sum of the pushes, which points out of the
+    /// tissue.
     pub force_n: Vector3<f32>,
+    /// Friction force on the probe, patch frame [N]; it acts along the surface.
+    pub friction_n: Vector3<f32>,
+    /// Torque of both forces on the probe about its tip, patch frame [N m]: right-handed, and zero
+    /// for a force through the tip.
+    pub torque_nm: Vector3<f32>,
     /// Principal axes of the area in the plane across `force_n`, unit vectors, the longer first;
     /// their signs are arbitrary.
     pub axes: [Vector3<f32>; 2],
@@ -54,17 +62,36 @@ pub struct ContactMap {
     pub triangles: u16,
 }
 
+/// Force and torque that the tissue exerts on the probe, patch frame, before damping, gains and
+/// limits of a loop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wrench {
+    /// Normal and friction force [N].
+    pub force_n: Vector3<f32>,
+    /// Torque about the tip that the patch was shown [N m], right-handed.
+    pub torque_nm: Vector3<f32>,
+}
+
 impl ContactMap {
     /// The map of a probe that touches nothing.
     pub const NONE: Self = Self {
         area_m2: 0.0,
         centre_m: ZERO,
         force_n: ZERO,
+        friction_n: ZERO,
+        torque_nm: ZERO,
         axes: [ZERO; 2],
         half_lengths_m: [0.0; 2],
         peak_pressure_pa: 0.0,
         triangles: 0,
     };
+
+    /// Wrench on the probe: to move its reference to another point p, add `(tip - p) x force_n` to
+    /// the torque.
+    #[must_use]
+    pub fn wrench(&self) -> Wrench {
+        Wrench { force_n: self.force_n + self.friction_n, torque_nm: self.torque_nm }
+    }
 
     /// The contact of the last tick. `pressure_pa` receives the mean pressure on each surface
     /// triangle [Pa], shape \[triangles\] in the model's order, zero where nothing touches. A
@@ -96,8 +123,10 @@ fn of_patch<const STIFFENED: bool>(
     pushing: usize,
     pressure_pa: &mut [f32],
 ) -> ContactMap {
-    if tuned.relaxes() {
-        // the part that has faded at a node is a share of the sum of its pushes
+    let sums = tuned.relaxes() || tuned.rubs();
+    if sums {
+        // the part that has faded at a node is a share of the sum of its pushes, which also limits
+        // the friction there
         let near = core::mem::replace(&mut state.near, pushing);
         push::<STIFFENED>(model, tuned, state, tip_m);
         state.near = near;
@@ -108,7 +137,7 @@ fn of_patch<const STIFFENED: bool>(
         9 => of_points::<Nine, 9, STIFFENED>(model, tuned, state, tip_m, pressure_pa),
         _ => of_points::<Four, 4, STIFFENED>(model, tuned, state, tip_m, pressure_pa),
     };
-    if tuned.relaxes() {
+    if sums {
         state.nodes.iter_mut().for_each(|node| (node.pass, node.slope) = ([0.0; ROW], 0.0));
     }
     if map.triangles == 0 {
@@ -157,7 +186,13 @@ fn of_points<P: Points<Q>, const Q: usize, const STIFFENED: bool>(
             sum.add_triangle(pressure);
         }
     }
-    sum.map(centre, tuned.youngs_modulus_pa)
+    for bristle in state.bristles.iter().take(if tuned.rubs() { state.rubbing } else { 0 }) {
+        let node = node(state.nodes, bristle.node);
+        let faded = state.faded.get(usize::from(bristle.node)).filter(|_| tuned.relaxes()).map_or(ZERO, Faded::sum);
+        let at = vector(&node.x) - centre;
+        sum.add_friction(at, friction::at_rest(bristle, at, vector(&node.pass), faded, tuned));
+    }
+    sum.map(centre, tip_m, tuned.youngs_modulus_pa)
 }
 
 /// Share of a node's push that has not faded (1).

@@ -65,7 +65,7 @@ mod tick;
 
 pub use bristle::Bristle;
 #[cfg(feature = "contact-map")]
-pub use contact_map::ContactMap;
+pub use contact_map::{ContactMap, Wrench};
 pub use fault::{BuildError, ClampFlags, Fault};
 pub use inertia::{FIELDS, Gains, NodeStep};
 pub use lanes::square_root;

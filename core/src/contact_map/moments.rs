@@ -18,6 +18,9 @@ pub(super) struct Moments {
     push: f32,
     push_at: Vector3<f32>,
     force: Vector3<f32>,
+    /// Friction over E on the tissue [m^2], and the moment of push and friction [m^3].
+    friction: Vector3<f32>,
+    moment: Vector3<f32>,
     /// Largest pressure over E (1), and how many triangles push.
     peak: f32,
     triangles: u16,
@@ -35,6 +38,12 @@ impl Moments {
         self.push += push;
         self.push_at += at * push;
         self.force += out * push;
+        self.moment += at.cross(&out) * push;
+    }
+
+    pub(super) fn add_friction(&mut self, at: Vector3<f32>, friction: Vector3<f32>) {
+        self.friction += friction;
+        self.moment += at.cross(&friction);
     }
 
     /// Counts a triangle that pushes, with its pressure over E (1).
@@ -44,7 +53,7 @@ impl Moments {
     }
 
     /// Computes the map of a contact; the sums are relative to the probe's centre [m].
-    pub(super) fn map(&self, centre_m: Vector3<f32>, modulus_pa: f32) -> ContactMap {
+    pub(super) fn map(&self, centre_m: Vector3<f32>, tip_m: Vector3<f32>, modulus_pa: f32) -> ContactMap {
         let square = self.force.dot(&self.force);
         // a contact that is pushed from both sides has no plane; a NaN is not above zero either
         if !(square > 0.0 && self.push > 0.0 && self.area > 0.0) {
@@ -56,6 +65,8 @@ impl Moments {
             area_m2: self.area,
             centre_m: centre_m + self.push_at * (1.0 / self.push),
             force_n: self.force * -modulus_pa,
+            friction_n: self.friction * -modulus_pa,
+            torque_nm: (self.moment + (centre_m - tip_m).cross(&(self.force + self.friction))) * -modulus_pa,
             axes,
             half_lengths_m,
             peak_pressure_pa: self.peak * modulus_pa,
@@ -112,16 +123,19 @@ mod tests {
                 sum.add_push(at, -Vector3::z(), 1e-9);
             }
         }
-        let map = sum.map(ZERO, 1e3);
+        let map = sum.map(ZERO, Vector3::new(2e-3, 0.0, 0.0), 1e3);
         let [a, b] = map.half_lengths_m;
         assert!((a / 6e-3 - 1.0).abs() < 5e-3 && (b / 3e-3 - 1.0).abs() < 5e-3, "{a} {b}");
         assert!(map.axes[0].dot(&long).abs() > 0.9999 && map.axes[1].dot(&wide).abs() > 0.9999, "{:?}", map.axes);
         assert!((map.centre_m - Vector3::new(2e-3, -1e-3, -5e-3)).norm() < 1e-6, "{}", map.centre_m);
         assert!(map.force_n.z > 0.0);
+        // the force at (0, -1, -5) mm from the tip
+        let torque_nm = Vector3::new(-1e-3 * map.force_n.z, 0.0, 0.0);
+        assert!((map.torque_nm - torque_nm).norm() < 1e-3 * torque_nm.norm(), "{}", map.torque_nm);
     }
 
     #[test]
     fn nothing_is_an_empty_map() {
-        assert_eq!(Moments::default().map(ZERO, 1e3), ContactMap::NONE);
+        assert_eq!(Moments::default().map(ZERO, ZERO, 1e3), ContactMap::NONE);
     }
 }

@@ -137,6 +137,35 @@ typedef struct palpate_report {
   uint8_t reserved[6];
 } palpate_report;
 
+// Contact of the tissue with the probe after the last tick, for `palpate_read_contact`. All is
+// zero without contact, after a fault, and for a law, which has no surface.
+//
+// Forces and torque are those that the tissue exerts on the probe, before damping, gains and
+// limits of the loop. The wrench on the probe is the force `normal_n + friction_n` and the torque
+// `torque_nm`.
+typedef struct palpate_contact {
+  // Normal force [N]; it points out of the tissue.
+  double normal_n[3];
+  // Friction force [N]; it acts along the surface.
+  double friction_n[3];
+  // Torque of both forces about the probe's tip [N m], right-handed.
+  double torque_nm[3];
+  // Centre of pressure [m].
+  double centre_m[3];
+  // Unit vectors along the principal axes of the contact area, the longer one first.
+  double axes[2][3];
+  // Semi-axes of the contact area along `axes` [m].
+  double half_lengths_m[2];
+  // Contact area on the deformed surface [m^2].
+  double area_m2;
+  // Largest of the mean pressures on single surface triangles [Pa].
+  double peak_pressure_pa;
+  // Number of surface triangles that push.
+  uint32_t triangles;
+  // Reserved; always zero.
+  uint32_t reserved;
+} palpate_contact;
+
 // Tissue, probe and device of a session.
 typedef struct palpate_info {
   // Site of the press on the surface at rest [m]; add it to positions relative to your device's
@@ -269,6 +298,17 @@ enum palpate_code palpate_write_profile(palpate_session session, const char *pat
 enum palpate_code palpate_read_report(palpate_session session,
                                       struct palpate_report *report,
                                       size_t report_bytes);
+
+// Computes the contact of the tissue with the probe after the last tick and writes it to
+// `contact`: normal and friction force, torque about the tip, centre of pressure, axes, area and
+// peak. It changes no tick, and costs nothing where it is not called. `contact_bytes` is
+// `sizeof(palpate_contact)`.
+//
+// # Safety
+// `contact` points to `contact_bytes` bytes.
+enum palpate_code palpate_read_contact(palpate_session session,
+                                       struct palpate_contact *contact,
+                                       size_t contact_bytes);
 
 // Copies the properties of tissue, probe and device to `info`. `info_bytes` is
 // `sizeof(palpate_info)`.

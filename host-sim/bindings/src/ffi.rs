@@ -17,7 +17,7 @@ use palpate_loop::haptic_session::{HapticSession, Input};
 
 use crate::code::{Failure, PalpateCode};
 use crate::pointers::{array, fits, maybe_text, read, text, write, write_text, write_threes};
-use crate::records::{PalpateInfo, PalpateInput, PalpateReport, PalpateStage, wide};
+use crate::records::{PalpateContact, PalpateInfo, PalpateInput, PalpateReport, PalpateStage, wide};
 use crate::{message, sessions};
 
 /// Handle of a session; 0 is no session.
@@ -231,6 +231,27 @@ pub unsafe extern "C" fn palpate_read_report(session: Session, report: *mut Palp
         let record = sessions::with(session, |session| PalpateReport::of(session))?;
         // SAFETY: the caller guarantees the pointer, and the size is ours
         unsafe { write("report", report, record) }
+    })
+}
+
+/// Computes the contact of the tissue with the probe after the last tick and writes it to
+/// `contact`: normal and friction force, torque about the tip, centre of pressure, axes, area and
+/// peak. It changes no tick, and costs nothing where it is not called. `contact_bytes` is
+/// `sizeof(palpate_contact)`.
+///
+/// # Safety
+/// `contact` points to `contact_bytes` bytes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn palpate_read_contact(
+    session: Session,
+    contact: *mut PalpateContact,
+    contact_bytes: usize,
+) -> PalpateCode {
+    code(|| {
+        fits::<PalpateContact>("contact_bytes", contact_bytes)?;
+        let record = sessions::with(session, |session| Ok(PalpateContact::of(&session.contact(&mut []))))?;
+        // SAFETY: the caller guarantees the pointer, and the size is ours
+        unsafe { write("contact", contact, record) }
     })
 }
 

@@ -3,7 +3,7 @@
 use palpate::haptic::commission::Stage;
 use palpate::haptic::cycle::Telemetry;
 use palpate::haptic::mode::Mode;
-use palpate::{Output, Vector3};
+use palpate::{ContactMap, Output, Vector3};
 use palpate_loop::haptic_session::{HapticSession, Input};
 
 use crate::code::Failure;
@@ -170,6 +170,55 @@ impl PalpateReport {
             refused: u8::from(*refused),
             reserved: [0; 6],
         })
+    }
+}
+
+/// Contact of the tissue with the probe after the last tick, for `palpate_read_contact`. All is
+/// zero without contact, after a fault, and for a law, which has no surface.
+///
+/// Forces and torque are those that the tissue exerts on the probe, before damping, gains and
+/// limits of the loop. The wrench on the probe is the force `normal_n + friction_n` and the torque
+/// `torque_nm`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C)]
+pub struct PalpateContact {
+    /// Normal force [N]; it points out of the tissue.
+    pub normal_n: [f64; 3],
+    /// Friction force [N]; it acts along the surface.
+    pub friction_n: [f64; 3],
+    /// Torque of both forces about the probe's tip [N m], right-handed.
+    pub torque_nm: [f64; 3],
+    /// Centre of pressure [m].
+    pub centre_m: [f64; 3],
+    /// Unit vectors along the principal axes of the contact area, the longer one first.
+    pub axes: [[f64; 3]; 2],
+    /// Semi-axes of the contact area along `axes` [m].
+    pub half_lengths_m: [f64; 2],
+    /// Contact area on the deformed surface [m^2].
+    pub area_m2: f64,
+    /// Largest of the mean pressures on single surface triangles [Pa].
+    pub peak_pressure_pa: f64,
+    /// Number of surface triangles that push.
+    pub triangles: u32,
+    /// Reserved; always zero.
+    pub reserved: u32,
+}
+
+impl PalpateContact {
+    /// Copies a contact map.
+    pub(crate) fn of(map: &ContactMap) -> Self {
+        Self {
+            normal_n: wide(&map.force_n),
+            friction_n: wide(&map.friction_n),
+            torque_nm: wide(&map.torque_nm),
+            centre_m: wide(&map.centre_m),
+            axes: map.axes.map(|axis| wide(&axis)),
+            half_lengths_m: map.half_lengths_m.map(f64::from),
+            area_m2: f64::from(map.area_m2),
+            peak_pressure_pa: f64::from(map.peak_pressure_pa),
+            triangles: u32::from(map.triangles),
+            reserved: 0,
+        }
     }
 }
 

@@ -16,7 +16,7 @@ use palpate::haptic::cycle::{Ask, Command, Cycle, Settings, Telemetry};
 use palpate::haptic::device::{DeviceSpec, HapticDevice, Sensed, SensorStatus};
 use palpate::haptic::limits::LoopLimitSettings;
 use palpate::haptic::mode::Mode;
-use palpate::{BuildError, Params, Vector3};
+use palpate::{BuildError, ContactMap, Params, Vector3};
 use palpate_tissue::budget::MACHINES;
 use palpate_tissue::error::Error;
 use palpate_tissue::patch::Patch;
@@ -313,6 +313,14 @@ impl HapticSession {
     #[must_use]
     pub fn telemetry(&self) -> Option<&Telemetry> {
         self.telemetry.as_ref()
+    }
+
+    /// Contact of the tissue with the probe after the last tick: normal and friction force, torque
+    /// about the tip, centre, axes, area and peak; `pressure_pa` receives the pressure on each
+    /// surface triangle [Pa] and may be empty. It is computed when it is read, allocates nothing,
+    /// and changes no tick; damping, gains and limits of the loop are not in it.
+    pub fn contact(&mut self, pressure_pa: &mut [f32]) -> ContactMap {
+        self.tissue.contact(pressure_pa)
     }
 
     /// Mode of the loop.

@@ -23,6 +23,7 @@ int main(int argc, char **argv) {
     palpate_session s;
     palpate_info info;
     palpate_report report;
+    palpate_contact contact;
     double force_n[3], most_n = 0.0;
     counts = 1;
     if (argc < 2 || palpate_open_patch(argv[1], NULL, &s) || palpate_read_info(s, &info, sizeof info)) return 2;
@@ -34,6 +35,7 @@ int main(int argc, char **argv) {
         memcpy(tip_m, info.site_m, sizeof tip_m);
         tip_m[2] += tick < 800 ? 1e-3 : 1e-3 - 1e-5 * (tick - 800);
         if (palpate_tick(s, tip_m, force_n) || palpate_read_report(s, &report, sizeof report)) return 2;
+        if (palpate_read_contact(s, &contact, sizeof contact)) return 2;
         if (tick == 1200 && palpate_set_modulus(s, 0.8 * info.youngs_modulus_pa)) return 2;
         most_n = force_n[2] > most_n ? force_n[2] : most_n;
     }

@@ -52,6 +52,8 @@ static void no_session(palpate_session s) {
     IS(palpate_tick(s, three, three), PALPATE_CODE_NO_SESSION);
     HOLDS(three[0] == 0.0 && three[1] == 0.0 && three[2] == 0.0);
     IS(palpate_read_report(s, &report, sizeof report), PALPATE_CODE_NO_SESSION);
+    palpate_contact contact;
+    IS(palpate_read_contact(s, &contact, sizeof contact), PALPATE_CODE_NO_SESSION);
     IS(palpate_read_info(s, &info, sizeof info), PALPATE_CODE_NO_SESSION);
     IS(palpate_read_nodes(s, three, 3), PALPATE_CODE_NO_SESSION);
     IS(palpate_read_triangles(s, NULL, 3), PALPATE_CODE_NO_SESSION);
@@ -137,6 +139,12 @@ static void in_a_session(palpate_session s) {
     IS(palpate_read_report(s, &report, sizeof report - 1), PALPATE_CODE_WRONG_SIZE);
     IS(palpate_read_info(s, NULL, sizeof info), PALPATE_CODE_NULL);
     IS(palpate_read_info(s, &info, 0), PALPATE_CODE_WRONG_SIZE);
+    palpate_contact contact;
+    IS(palpate_read_contact(s, NULL, sizeof contact), PALPATE_CODE_NULL);
+    IS(palpate_read_contact(s, &contact, sizeof contact - 1), PALPATE_CODE_WRONG_SIZE);
+    contact.area_m2 = 9.0;
+    IS(palpate_read_contact(s, &contact, sizeof contact), PALPATE_CODE_OK);
+    HOLDS(contact.area_m2 == 0.0 && contact.normal_n[2] == 0.0);
     IS(palpate_state_hash(s, NULL), PALPATE_CODE_NULL);
     IS(palpate_read_info(s, &info, sizeof info), PALPATE_CODE_OK);
     IS(palpate_read_nodes(s, few_m, 3), PALPATE_CODE_WRONG_SIZE);
@@ -180,6 +188,14 @@ static void in_a_session(palpate_session s) {
     HOLDS(report.contact == 1 && report.force_n[2] == force_n[2] && force_n[2] > 0.005 && report.depth_m > 1.5e-3);
     IS(palpate_state_hash(s, &later), PALPATE_CODE_OK);
     HOLDS(hash != later);
+    /* the contact of a round tip: its frictionless force passes through the middle of the ball */
+    IS(palpate_read_contact(s, &contact, sizeof contact), PALPATE_CODE_OK);
+    HOLDS(fabs(contact.normal_n[2] / report.tissue_n[2] - 1.0) < 0.1 && contact.friction_n[2] == 0.0);
+    HOLDS(fabs(contact.torque_nm[1] - contact.normal_n[0] * info.probe_radius_m) < 1e-6 * contact.normal_n[2]);
+    HOLDS(contact.area_m2 > 1e-5 && contact.peak_pressure_pa > 100.0 && contact.triangles > 0);
+    HOLDS(contact.half_lengths_m[0] >= contact.half_lengths_m[1] && fabs(contact.axes[1][2]) < 0.2);
+    IS(palpate_state_hash(s, &hash), PALPATE_CODE_OK);
+    HOLDS(hash == later);
     IS(palpate_set_modulus(s, 1.5 * info.youngs_modulus_pa), PALPATE_CODE_OK);
     IS(ticks(s, 1, -2e-3, force_n), PALPATE_CODE_OK);
     HOLDS(report_of(s).waiting_modulus_pa > 0.0 && report_of(s).youngs_modulus_pa == info.youngs_modulus_pa);

@@ -45,7 +45,28 @@ block = palpate.press("block", set={"tissue.density_kg_per_m3": 1.06})
 assert (abs(block["hold_force_n"] / block["hold_elements_n"] - 1) < 0.02).all()
 assert "% rms off" in block["model"] and "kilograms" in block["warnings"][0]
 
+# a hundred random presses at once give the bits of single ones
+rng = np.random.default_rng(54)
+single = palpate.Session(patch=patch)
+across, depths = rng.uniform(-2e-3, 2e-3, (100, 1, 3)), rng.uniform(1e-3, 4e-3, (100, 1, 1))
+ways = np.minimum(np.arange(900)[None, :, None] * 1e-5 - 7e-3, 0) + depths * np.clip(np.arange(900) / 150 - 5, 0, 1)[None, :, None]
+tips = single.site_m + across - across @ np.outer(single.axis, single.axis) - ways * single.axis
+many = palpate.session_many(None, tips, patch=patch)
+assert many["tissue_n"].shape == (100, 900, 3) and many["mode"].shape == (100, 900) and (many["tissue_n"][:, -1, 2] > 0.01).all()
+for n, tips_m in enumerate(tips):
+    single.reset()
+    single.arm()
+    assert all((of == many[name][n]).all() for name, of in single.run(tips_m).items()), n
+assert palpate.session_many("block", np.zeros((0, 5, 3)))["depth_m"].shape == (0, 5)
+for wrong in (np.zeros((4, 3)), np.zeros((2, 4, 2))):
+    raises(ValueError, "give (sessions, ticks, 3)", lambda: palpate.session_many("block", wrong))
+for wrong in ([[[0.0] * 3] * 2, [[0.0] * 3] * 3], "up"):
+    raises(ValueError, "ragged", lambda: palpate.session_many("block", wrong))
+raises(palpate.PalpateError, "did you mean", lambda: palpate.session_many("blok", np.zeros((1, 1, 3))))
+
 session = palpate.Session(patch=patch)
+assert set(session.read_contact()) == {line.split(":")[0].strip() for line in types.split("class Contact(")[1].split("\n\n")[0].splitlines()[1:]}
+assert not session.read_contact()["normal_n"].any() and session.read_contact()["pressure_pa"].shape == (len(session.triangles),)
 corners = session.triangles
 assert corners.shape[1] == 3 and corners.max() < len(session.nodes_m) and (np.unique(corners, axis=0).shape == corners.shape)
 up = session.site_m + 2e-3 * session.axis
@@ -71,6 +92,10 @@ assert session.fault is None and session.mode == "idle"
 session.arm()
 session.run(np.tile(up, (800, 1)))
 pressed = session.run(session.site_m + np.outer(2e-3 - 1e-5 * np.arange(400), session.axis))
+contact, state = session.read_contact(), session.state_hash
+radius_m = np.linalg.norm(np.cross(session.axis, contact["torque_nm"])) / np.linalg.norm(contact["normal_n"][:2])
+assert abs(contact["normal_n"][2] / pressed["tissue_n"][-1, 2] - 1) < 0.1 and abs(radius_m / 0.008 - 1) < 1e-2 and session.state_hash == state
+assert contact["pressure_pa"].max() == contact["peak_pressure_pa"] and contact["axes"].shape == (2, 3) and not contact["friction_n"].any()
 assert session.mode == "active" and session.contact and session.force_n[2] > 0.005 and (pressed["mode"] == 4).all()
 assert not session.tick(np.full(3, np.nan)).any()
 assert session.mode == "fault" and "not finite" in session.fault

@@ -1,7 +1,7 @@
 //! The contact map: its force is that of the tick, it does not affect the tick, it is empty without
 //! contact, and its centre is where the probe pushes.
 
-use palpate::{ContactMap, Output, Params, ProbePose, ProbeShape, PronyTerm, Vector3, tick};
+use palpate::{ClampFlags, ContactMap, Output, Params, ProbePose, ProbeShape, PronyTerm, Vector3, tick};
 use palpate_tests::bench::{Bench, at_depth};
 
 /// Ticks of a press from 1 mm above the surface to `depth_m` and of the hold there.
@@ -76,6 +76,46 @@ fn a_hold_has_the_ticks_force() {
         assert!((along_n / map.force_n.z - 1.0).abs() < most, "{kind}: {along_n} N for {}", map.force_n);
         assert_eq!(map.peak_pressure_pa, pressure_pa.iter().copied().fold(0.0, f32::max), "{kind}");
         assert_eq!(usize::from(map.triangles), pressure_pa.iter().filter(|p| **p > 0.0).count(), "{kind}");
+    }
+}
+
+/// A press 3 mm deep on a surface that slopes by 5 degrees to the probe, then a slide of 1 mm down
+/// the slope, and a hold. The torque is that of the forces on the anchors, which share no code with
+/// the map.
+#[test]
+fn on_a_slope_the_wrench_is_the_ticks_force_and_the_anchors_torque() {
+    let along = Vector3::new(5_f32.to_radians().cos(), 0.0, -5_f32.to_radians().sin());
+    let axis = along.cross(&Vector3::y());
+    let shaped = |shape| Bench::block(230).with(|p| (p.node_damping_per_s, p.substeps, p.probe.shape) = (60.0, 2, shape));
+    let mut cases: Vec<_> = kinds().into_iter().filter(|(kind, _)| !["calibrated", "relaxing", "both"].contains(kind)).collect();
+    cases.push(("capsule", shaped(ProbeShape::Capsule { length_m: 8e-3, along })));
+    cases.push(("ellipsoid", shaped(ProbeShape::Ellipsoid { semi_axes_m: [12e-3, 6e-3], along })));
+    cases.push(("rubbing capsule", cases[cases.len() - 2].1.clone().with(|p| p.friction = 0.4)));
+    for (kind, bench) in cases {
+        let bench = bench.with(|p| (p.probe.axis, p.relaxation) = (axis, Params::default().relaxation));
+        let model = bench.patch.wide_model();
+        let mut memory = bench.memory();
+        let (tuned, mut state) = memory.start(&model, &bench.params).unwrap();
+        let (mut output, mut at_m) = (Output::NONE, Vector3::zeros());
+        for n in 0..1200 {
+            at_m = axis * (2e-3 - 2e-5 * n.min(250) as f32) + along * (1e-5 * n.clamp(250, 350) as f32 - 2.5e-3);
+            output = tick(&model, &tuned, &mut state, ProbePose { tip_m: at_m });
+            assert_eq!((output.fault, output.limiters), (None, ClampFlags::default()), "{kind}");
+        }
+        let map = ContactMap::read(&model, &tuned, &mut state, &mut []);
+        let (wrench, force_n) = (map.wrench(), output.force_n);
+        println!("{kind}: {wrench:?}, friction {}, tick {force_n}", map.friction_n.norm());
+        assert!((wrench.force_n - force_n).norm() < 2e-3 * force_n.norm(), "{kind}: {wrench:?} for {force_n}");
+        let along_n = map.friction_n.dot(&along);
+        assert_eq!(along_n < -0.1 * force_n.norm(), bench.params.friction > 0.0, "{kind}: {} for {force_n}", map.friction_n);
+        let on_anchor = |n: &u16| {
+            let node = &state.nodes()[usize::from(*n)];
+            (node.position_m() - at_m).cast::<f64>().cross(&node.force_over_modulus().cast())
+        };
+        let torque_nm = -model.anchors.iter().map(on_anchor).sum::<Vector3<f64>>() * f64::from(tuned.youngs_modulus_pa());
+        let (off_nm, least_nm) = ((wrench.torque_nm.cast() - torque_nm).norm(), 5e-4 * f64::from(force_n.norm()));
+        println!("{kind}: anchors {torque_nm:?}");
+        assert!(off_nm < 1e-2 * torque_nm.norm() && torque_nm.norm() > least_nm, "{kind}: {wrench:?} for {torque_nm:?}");
     }
 }
 

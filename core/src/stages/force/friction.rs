@@ -112,6 +112,28 @@ pub(super) fn rub(bristle: &mut Bristle, touch: &Touch, tuned: &Tuned) -> Vector
     force
 }
 
+/// Force along the surface over E [N/Pa] that a bristle exerts on a node at rest, where [`rub`]
+/// gives the same. `push` is the elastic push on the node, `faded` what has faded there.
+#[cfg(feature = "contact-map")]
+pub(crate) fn at_rest(
+    bristle: &Bristle,
+    from_centre_m: Vector3<f32>,
+    push: Vector3<f32>,
+    faded: Vector3<f32>,
+    tuned: &Tuned,
+) -> Vector3<f32> {
+    let length = sqrt(push.dot(&push));
+    if length == 0.0 {
+        return Vector3::zeros();
+    }
+    let (normal, at_once) = (push * (1.0 / length), tuned.prony.at_once);
+    let along = |v: Vector3<f32>| v - normal * v.dot(&normal);
+    let force = along((from_centre_m - bristle.root_m) * (-at_once * bristle.slope) - faded);
+    let left = at_once * length - faded.dot(&normal);
+    let (square, most) = (force.dot(&force), tuned.friction * if left > 0.0 { left } else { 0.0 });
+    if square > most * most { force * (most / sqrt(square)) } else { force }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,7 +1,7 @@
 //! Palpate from Python: presses and haptic sessions, with arrays of `NumPy`.
 //!
 //! ```text
-//! Python: Session.tick ─ session ─ palpate_loop::haptic_session ─ force
+//! Python: Session.tick, session_many ─ session ─ palpate_loop::haptic_session ─ force
 //!         press, press_many ─ press ─ palpate_tissue::press ─ arrays
 //! ```
 
@@ -28,5 +28,5 @@ mod _native {
     #[pymodule_export]
     use crate::press::{press, press_many};
     #[pymodule_export]
-    use crate::session::Session;
+    use crate::session::{Session, session_many};
 }

@@ -3,20 +3,43 @@
 use std::path::Path;
 
 use numpy::{AllowTypeChange, IntoPyArray, PyArray1, PyArray2, PyArrayLikeDyn, PyArrayMethods};
-use palpate::Vector3;
 use palpate::haptic::commission::Stage;
 use palpate::haptic::cycle::Telemetry;
+use palpate::{Output, Vector3};
 use palpate_loop::haptic_session::{HapticSession, Input};
+use palpate_tissue::error::Error;
 use pyo3::exceptions::PyValueError;
-use pyo3::prelude::{Bound, Py, PyResult, Python, pyclass, pymethods};
+use pyo3::prelude::{Bound, Py, PyAny, PyAnyMethods, PyResult, Python, pyclass, pyfunction, pymethods};
 use pyo3::types::{PyDict, PyDictMethods};
+use rayon::prelude::{IntoParallelRefIterator, ParallelIterator};
 
 use crate::{PalpateError, raised};
 
-/// Returns the three numbers of a tick in a column of [`Session::run`].
-type Wide = fn(&Telemetry) -> Vector3<f32>;
-const WIDE: [(&str, Wide); 3] =
-    [("force_n", |t| t.applied_n), ("tissue_n", |t| t.output.force_n), ("normal", |t| t.output.normal)];
+/// Record of a tick that [`Session::run`] and [`session_many`] return.
+struct Row {
+    force_n: Vector3<f32>,
+    tissue_n: Vector3<f32>,
+    normal: Vector3<f32>,
+    depth_m: f32,
+    mode: u8,
+    fault: u8,
+    limiters: u8,
+}
+
+impl Row {
+    fn of(t: &Telemetry) -> Self {
+        let Output { force_n, normal, depth_m, .. } = t.output;
+        let (mode, fault, limiters) = (t.mode as u8, t.fault.map_or(0, |fault| fault as u8), t.limiters.bits());
+        Self { force_n: t.applied_n, tissue_n: force_n, normal, depth_m, mode, fault, limiters }
+    }
+}
+
+/// Returns the three numbers of a tick in a column.
+type Wide = fn(&Row) -> Vector3<f32>;
+const WIDE: [(&str, Wide); 3] = [("force_n", |row| row.force_n), ("tissue_n", |row| row.tissue_n), ("normal", |row| row.normal)];
+/// Returns the number of a tick in a column of bytes.
+type Byte = fn(&Row) -> u8;
+const BYTES: [(&str, Byte); 3] = [("mode", |row| row.mode), ("fault", |row| row.fault), ("limiters", |row| row.limiters)];
 
 /// Names of the modes, by number.
 const MODES: [&str; 8] = ["boot", "self-test", "idle", "arming", "active", "degraded", "ramping down", "fault"];
@@ -38,12 +61,7 @@ impl Session {
     #[pyo3(signature = (scene=None, *, patch=None, device="touch"))]
     fn new(py: Python<'_>, scene: Option<&str>, patch: Option<&str>, device: &str) -> PyResult<Self> {
         let patch = patch.map(Path::new);
-        let opened = py.detach(|| match (scene, patch) {
-            (Some(scene), patch) => HapticSession::open(scene, patch, device),
-            (None, Some(patch)) => HapticSession::open_patch(patch, device),
-            (None, None) => HapticSession::open("block", None, device),
-        });
-        opened.map(|inner| Self { inner }).map_err(|error| raised(&error))
+        py.detach(|| open(scene, patch, device)).map(|inner| Self { inner }).map_err(|error| raised(&error))
     }
 
     /// Runs one tick: takes the position of the probe's tip [m] and returns the force on the device
@@ -133,18 +151,31 @@ impl Session {
         let row = |n: usize| Vector3::new(tips[[n, 0]], tips[[n, 1]], tips[[n, 2]]).cast();
         let tips: Vec<Vector3<f32>> = (0..count).map(row).collect();
         let session = &mut self.inner;
-        let records: Vec<Telemetry> = py.detach(|| tips.iter().map(|tip_m| *session.tick(&Input::at(*tip_m))).collect());
-        let trace = PyDict::new(py);
-        for (name, of) in WIDE {
-            trace.set_item(name, rows(py, records.iter().map(of))?)?;
+        trace(py, &py.detach(|| ticks(session, &tips)), &[count])
+    }
+
+    /// Contact of the tissue with the probe after the last tick: a dict of `normal_n`,
+    /// `friction_n`, `torque_nm`, `centre_m`, `axes`, `half_lengths_m`, `area_m2`,
+    /// `peak_pressure_pa`, and `pressure_pa` on each of `triangles`. All is zero without contact.
+    ///
+    /// Forces [N] and torque [N m] are those of the tissue on the probe, before damping, gains and
+    /// limits of the loop; the torque is that of both forces about the tip, right-handed. It is
+    /// computed when it is read, and changes no tick.
+    fn read_contact<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let mut pressure_pa = vec![0.0; self.inner.tissue().patch().model().triangles.len()];
+        let map = self.inner.contact(&mut pressure_pa);
+        let found = PyDict::new(py);
+        let vectors =
+            [("normal_n", map.force_n), ("friction_n", map.friction_n), ("torque_nm", map.torque_nm), ("centre_m", map.centre_m)];
+        for (name, vector) in vectors {
+            found.set_item(name, array(py, &vector))?;
         }
-        let depths_m: Vec<f64> = records.iter().map(|t| f64::from(t.output.depth_m)).collect();
-        trace.set_item("depth_m", depths_m.into_pyarray(py))?;
-        let bytes = |of: fn(&Telemetry) -> u8| records.iter().map(of).collect::<Vec<u8>>().into_pyarray(py);
-        trace.set_item("mode", bytes(|t| t.mode as u8))?;
-        trace.set_item("fault", bytes(|t| t.fault.map_or(0, |fault| fault as u8)))?;
-        trace.set_item("limiters", bytes(|t| t.limiters.bits()))?;
-        Ok(trace)
+        found.set_item("axes", rows(py, map.axes.into_iter())?)?;
+        found.set_item("half_lengths_m", map.half_lengths_m.map(f64::from).to_vec().into_pyarray(py))?;
+        found.set_item("area_m2", f64::from(map.area_m2))?;
+        found.set_item("peak_pressure_pa", f64::from(map.peak_pressure_pa))?;
+        found.set_item("pressure_pa", pressure_pa.into_iter().map(f64::from).collect::<Vec<_>>().into_pyarray(py))?;
+        Ok(found)
     }
 
     /// Requests force output. It begins once the probe has been outside the tissue and calm for a
@@ -263,6 +294,61 @@ impl Session {
     fn state_hash(&mut self) -> u64 {
         self.inner.hash()
     }
+}
+
+fn open(scene: Option<&str>, patch: Option<&Path>, device: &str) -> Result<HapticSession, Error> {
+    match (scene, patch) {
+        (Some(scene), patch) => HapticSession::open(scene, patch, device),
+        (None, Some(patch)) => HapticSession::open_patch(patch, device),
+        (None, None) => HapticSession::open("block", None, device),
+    }
+}
+
+/// Runs many sessions of one tissue, on all cores. Takes positions [m] of shape (sessions, ticks,
+/// 3) and returns the dict of `Session.run`, whose arrays have the sessions in front: `tissue_n` is
+/// the force of the tissue, and `force_n` that on the device, which follows the limits of the loop.
+/// Each session begins at rest and armed, and gives the bits of a single one. `scene`, `patch` and
+/// `device` are those of `Session`.
+#[pyfunction]
+#[pyo3(signature = (scene, tips_m, *, patch=None, device="touch"))]
+pub fn session_many<'py>(
+    py: Python<'py>,
+    scene: Option<&str>,
+    tips_m: &Bound<'py, PyAny>,
+    patch: Option<&str>,
+    device: &str,
+) -> PyResult<Bound<'py, PyDict>> {
+    let ragged =
+        "tips_m is ragged or not of numbers: give an array of shape (sessions, ticks, 3) in m, with short sessions padded";
+    let tips_m = tips_m.extract::<PyArrayLikeDyn<'py, f64, AllowTypeChange>>().map_err(|_| PyValueError::new_err(ragged))?;
+    let tips = tips_m.as_array();
+    let &[sessions, count, 3] = tips.shape() else {
+        return Err(PyValueError::new_err(format!("tips_m has shape {:?}: give (sessions, ticks, 3) in m", tips.shape())));
+    };
+    let row = |n: usize, m: usize| Vector3::new(tips[[n, m, 0]], tips[[n, m, 1]], tips[[n, m, 2]]).cast();
+    let tips: Vec<Vec<Vector3<f32>>> = (0..sessions).map(|n| (0..count).map(|m| row(n, m)).collect()).collect();
+    let mut first = py.detach(|| open(scene, patch.map(Path::new), device)).map_err(|error| raised(&error))?;
+    first.arm().map_err(|error| PalpateError::new_err(error.to_string()))?;
+    let found = py.detach(|| tips.par_iter().flat_map_iter(|tips| ticks(&mut first.clone(), tips)).collect::<Vec<Row>>());
+    trace(py, &found, &[sessions, count])
+}
+
+fn ticks(session: &mut HapticSession, tips: &[Vector3<f32>]) -> Vec<Row> {
+    tips.iter().map(|tip_m| Row::of(session.tick(&Input::at(*tip_m)))).collect()
+}
+
+/// The columns of ticks, as arrays with these first sides.
+fn trace<'py>(py: Python<'py>, found: &[Row], sides: &[usize]) -> PyResult<Bound<'py, PyDict>> {
+    let trace = PyDict::new(py);
+    for (name, of) in WIDE {
+        trace.set_item(name, rows(py, found.iter().map(of))?.reshape([sides, &[3]].concat())?)?;
+    }
+    let depths_m: Vec<f64> = found.iter().map(|row| f64::from(row.depth_m)).collect();
+    trace.set_item("depth_m", depths_m.into_pyarray(py).reshape(sides.to_vec())?)?;
+    for (name, of) in BYTES {
+        trace.set_item(name, found.iter().map(of).collect::<Vec<u8>>().into_pyarray(py).reshape(sides.to_vec())?)?;
+    }
+    Ok(trace)
 }
 
 impl Session {

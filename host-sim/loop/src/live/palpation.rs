@@ -120,7 +120,8 @@ impl Live {
     /// Contact map after the last tick, with the pressure on each surface triangle [Pa].
     #[must_use]
     pub fn contact(&mut self) -> (ContactMap, Vec<f32>) {
-        self.tissue.contact()
+        let mut pressure_pa = vec![0.0; self.tissue.patch().model().triangles.len()];
+        (self.tissue.contact(&mut pressure_pa), pressure_pa)
     }
 
     /// Returns the limits of the device.

@@ -105,21 +105,18 @@ impl LiveTissue {
         Ok(())
     }
 
-    /// Contact map after the last tick, with the pressure on each surface triangle [Pa]; it changes
-    /// no tick.
-    #[must_use]
-    pub fn contact(&mut self) -> (ContactMap, Vec<f32>) {
+    /// Contact map after the last tick; `pressure_pa` receives the pressure on each surface
+    /// triangle [Pa] and may be empty. It allocates nothing and changes no tick.
+    pub fn contact(&mut self, pressure_pa: &mut [f32]) -> ContactMap {
         let Self { patch, params, nodes, candidates, shapes, node_step, gains, faded, bristles, held, .. } = self;
         let model = patch.wide_model();
         let tuned = params.derive(node_step, *gains);
-        let mut pressure_pa = vec![0.0; model.triangles.len()];
         let state = State::resume(&model, nodes, candidates, shapes, *held).and_then(|state| state.with_relaxation(faded));
         // sizes were checked when the tissue was created
-        let map = state.map_or(ContactMap::NONE, |state| {
+        state.map_or(ContactMap::NONE, |state| {
             let mut state = state.with_friction(bristles);
-            ContactMap::read(&model, &tuned, &mut state, &mut pressure_pa)
-        });
-        (map, pressure_pa)
+            ContactMap::read(&model, &tuned, &mut state, pressure_pa)
+        })
     }
 
     /// Hash of all positions and velocities.

@@ -33,6 +33,17 @@ class Press(TypedDict):
     model: str
     warnings: list[str]
 
+class Contact(TypedDict):
+    normal_n: _Numbers
+    friction_n: _Numbers
+    torque_nm: _Numbers
+    centre_m: _Numbers
+    axes: _Numbers
+    half_lengths_m: _Numbers
+    area_m2: float
+    peak_pressure_pa: float
+    pressure_pa: _Numbers
+
 class PalpateError(Exception): ...
 
 class Session:
@@ -49,6 +60,7 @@ class Session:
         operator_absent: bool = False,
     ) -> NDArray[np.float64]: ...
     def run(self, tips_m: ArrayLike) -> Trace: ...
+    def read_contact(self) -> Contact: ...
     def arm(self) -> None: ...
     def stop(self) -> None: ...
     def commission(
@@ -92,3 +104,6 @@ class Session:
 
 def press(scene: str, *, set: Mapping[str, _Value] | None = None) -> Press: ...
 def press_many(scene: str, sets: Sequence[Mapping[str, _Value]]) -> list[Press]: ...
+def session_many(
+    scene: str | None, tips_m: ArrayLike, *, patch: str | None = None, device: str = "touch"
+) -> Trace: ...
