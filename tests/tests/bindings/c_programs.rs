@@ -10,11 +10,11 @@ use palpate_tests::palpate_command::repository;
 
 const SANITIZERS: [&str; 2] = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"];
 
-fn example(name: &str) -> PathBuf {
+pub fn example(name: &str) -> PathBuf {
     repository().join("host-sim/bindings/examples").join(name)
 }
 
-fn source(name: &str) -> PathBuf {
+pub fn source(name: &str) -> PathBuf {
     repository().join("tests/tests/bindings").join(name)
 }
 
@@ -24,23 +24,23 @@ fn patch() -> PathBuf {
 }
 
 /// An armed session, opened as in the examples.
-fn session() -> HapticSession {
+pub fn session() -> HapticSession {
     let mut session = HapticSession::open("block", None, "touch").unwrap();
     session.arm().unwrap();
     session
 }
 
-fn force_n(session: &mut HapticSession, tip_m: [f64; 3]) -> [u32; 3] {
+pub fn force_n(session: &mut HapticSession, tip_m: [f64; 3]) -> [u32; 3] {
     let record = session.tick(&Input::at(Vector3::from(tip_m).cast()));
     assert_eq!(record.fault, None);
     record.applied_n.map(f32::to_bits).into()
 }
 
-fn numbers(line: &str) -> Vec<f64> {
+pub fn numbers(line: &str) -> Vec<f64> {
     line.split_whitespace().filter_map(|word| word.parse().ok()).collect()
 }
 
-fn bits(force_n: &[f64]) -> [u32; 3] {
+pub fn bits(force_n: &[f64]) -> [u32; 3] {
     std::array::from_fn(|k| (force_n[k] as f32).to_bits())
 }
 
