@@ -74,7 +74,8 @@ fn gltf_has_a_morph_target_and_a_colour_for_each_hold() {
     let corners: Vec<[f32; 3]> = corners.map(|n| rest[n as usize]).collect();
     assert_eq!((rest.len(), corners.len()), (skin.len(), 3 * run.number("/triangles") as usize));
     // triangles face outward in glTF's axes, which are right-handed
-    let six: f32 = corners.chunks(3).map(|t| palpate::Vector3::from(t[0]).cross(&t[1].into()).dot(&t[2].into())).sum();
+    let corner = |x: [f32; 3]| palpate::Vector3::from(x);
+    let six: f32 = corners.chunks(3).map(|t| corner(t[0]).cross(&corner(t[1])).dot(&corner(t[2]))).sum();
     assert!(six > 0.0, "{six}");
 
     let (mut reddest, holds) = (1.0_f32, run.holds());
