@@ -72,7 +72,7 @@ fn gltf_has_a_morph_target_and_a_colour_for_each_hold() {
     let skin = glb.vectors(&format!("{primitive}/attributes/COLOR_0"));
     let corners = glb.words(glb.number(&format!("{primitive}/indices"))).into_iter().map(u32::from_le_bytes);
     let corners: Vec<[f32; 3]> = corners.map(|n| rest[n as usize]).collect();
-    assert_eq!((rest.len(), corners.len()), (skin.len(), 3 * run.number("/triangles") as usize));
+    assert_eq!((rest.len(), corners.len()), (skin.len(), 3 * run.number("/report/triangles") as usize));
     // triangles face outward in glTF's axes, which are right-handed
     let corner = |x: [f32; 3]| palpate::Vector3::from(x);
     let six: f32 = corners.chunks(3).map(|t| corner(t[0]).cross(&corner(t[1])).dot(&corner(t[2]))).sum();

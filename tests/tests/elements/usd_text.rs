@@ -63,7 +63,7 @@ fn what_usd_text_cannot_give_is_one_sentence() {
         ("(0, 1, 0, 0), (0", "(0, 2, 0, 0), (0", "FILE:15: the transform `xformOp:transform` is not read"),
         ("(0, 1, 2, 3)", "(0, 1, 2, 4)", "FILE:26: tet 0 names node 4, but the file has 4 nodes"),
         ("(0, 1, 2, 3)", "(0, 1, 2)", "FILE:26: expected `,` between numbers, found `)`"),
-        ("(0, 1, 2, 3)]", "", "FILE:28: expected `(` or the end of an array, found `}`"),
+        ("(0, 1, 2, 3)]", "", "FILE:27: expected `(` or the end of an array, found `}`"),
         ("(40, 0, 0)", "(nan, 0, 0)", "FILE:23: a coordinate is `nan`, not a finite number"),
         ("(0, 1, 2, 3)]\n    }\n}\n", "(0, 1, 2", "FILE:26: the file ends before"),
         ("    }\n}\n", "    }\n    def TetMesh \"u\" {}\n}\n", "FILE:28: second TetMesh: keep one"),
