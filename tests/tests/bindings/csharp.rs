@@ -99,7 +99,7 @@ fn fields(text: &str, head: &str) -> Vec<String> {
     each.collect()
 }
 
-/// Names and numbers of an enum; C's names are PREFIX_IN_CAPITALS, those of C# InCapitals.
+/// Names and numbers of an enum, without the prefix that they have in C.
 fn values(text: &str, head: &str, prefix: &str) -> Vec<String> {
     let body = text.split_once(head).unwrap_or_else(|| panic!("no {head}")).1.split_once('}').unwrap().0;
     let named = body.split(',').map(|value| value.trim().replacen(prefix, "", 1).replace([' ', '_'], "").to_lowercase());

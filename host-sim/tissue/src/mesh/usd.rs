@@ -174,7 +174,7 @@ fn refuse_transform<'a>(words: &mut Words<'a>, word: Word<'a>) -> Result<(), Mes
     let neutral = |k: usize| match kind {
         "scale" => 1.0,
         "orient" => f64::from(u8::from(k == 0)),
-        "transform" => f64::from(u8::from(k % 5 == 0)),
+        "transform" => f64::from(u8::from(k.is_multiple_of(5))),
         _ => 0.0,
     };
     match numbers.iter().enumerate().all(|(k, number)| *number == neutral(k)) {

@@ -18,13 +18,14 @@ pub const START_ABOVE_M: f32 = 0.02;
 const TICK: Duration = Duration::from_millis(1);
 /// Time after which a service that sends nothing counts as gone. Its last force is then held by the
 /// device until the service lets it go.
-const SILENCE: Duration = Duration::from_millis(100);
+pub const SILENCE: Duration = Duration::from_millis(100);
 /// Ticks in which a force is ramped down.
 const RAMP_TICKS: u32 = 200;
 
 /// Runs the loop on the first Inverse3 of the service until `ends` is true or a fault is latched,
 /// which is returned; the device's force is then zero. The service may send more than a thousand
-/// frames per second: each tick takes the newest. `now` is the time since any instant.
+/// frames per second: each tick takes the newest. `now` is the time since any instant; `silence` is
+/// [`SILENCE`].
 ///
 /// # Errors
 /// The service has no Inverse3, falls silent, or refuses a command.
@@ -33,15 +34,16 @@ pub async fn run(
     session: &mut HapticSession,
     mut now: impl FnMut() -> Duration,
     mut ends: impl FnMut() -> bool,
+    silence: Duration,
 ) -> Result<Option<Fault>, ServiceError> {
-    let mut seen = device.state.lock().await.timestamp;
-    let (id, start) = newer(device, &mut seen).await?;
+    let mut seen = None;
+    let (id, start) = newer(device, &mut seen, silence).await?;
     let site_m = session.tissue().patch().site_m() + Vector3::z() * START_ABOVE_M;
     session.arm()?;
     send(device, &id, Vector3::zeros()).await?; // the service sends states once it has a command
     let (mut due, mut ticks_left) = (now() + TICK, None);
     loop {
-        let (_, position) = newer(device, &mut seen).await?;
+        let (_, position) = newer(device, &mut seen, silence).await?;
         let late = now().checked_sub(due);
         let Some(late) = late else { continue };
         let late_ticks = u16::try_from(late.as_millis()).unwrap_or(u16::MAX);
@@ -63,20 +65,22 @@ pub async fn run(
 }
 
 /// Waits for a frame that is newer than the one seen last; returns the device and its position [m].
-async fn newer(device: &HaplyDevice, seen: &mut Instant) -> Result<(String, Linear3D), ServiceError> {
+async fn newer(device: &HaplyDevice, seen: &mut Option<Instant>, silence: Duration) -> Result<(String, Linear3D), ServiceError> {
     let began = Instant::now();
     loop {
+        let is_late = began.elapsed() > silence;
         {
             let state = device.state.lock().await;
-            if state.timestamp != *seen {
-                *seen = state.timestamp;
-                let first = state.data.inverse3.first().ok_or("the service has no Inverse3: plug it in")?;
-                let position = first.state.cursor_position.ok_or("the Inverse3 sends no position: calibrate it")?;
-                return Ok((first.device_id.clone(), position));
+            match state.data.inverse3.first() {
+                None if is_late => return Err("the service has no Inverse3: plug it in".into()),
+                Some(first) if *seen != Some(state.timestamp) => {
+                    *seen = Some(state.timestamp);
+                    let position = first.state.cursor_position.ok_or("the Inverse3 sends no position: calibrate it")?;
+                    return Ok((first.device_id.clone(), position));
+                }
+                Some(_) if is_late => return Err("the service sends no more states: start it again".into()),
+                _ => {}
             }
-        }
-        if began.elapsed() > SILENCE {
-            return Err("the service sends no more states: start it again".into());
         }
         tokio::task::yield_now().await;
     }

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use haply::HaplyDevice;
-use palpate_haply::{ServiceError, run};
+use palpate_haply::{SILENCE, ServiceError, run};
 use palpate_loop::haptic_session::HapticSession;
 
 #[tokio::main]
@@ -26,7 +26,7 @@ async fn main() -> Result<(), ServiceError> {
     });
     println!("inverse3: Ctrl-C ends; its pose now is 20 mm above the tissue");
     let begun = Instant::now();
-    let fault = run(&mut device, &mut session, || begun.elapsed(), || ends.load(Ordering::Relaxed)).await?;
+    let fault = run(&mut device, &mut session, || begun.elapsed(), || ends.load(Ordering::Relaxed), SILENCE).await?;
     println!("inverse3: {}", fault.map_or("ended".into(), |fault| fault.to_string()));
     device.shutdown().await
 }
