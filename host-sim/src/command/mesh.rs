@@ -16,8 +16,9 @@ use palpate_tissue::mesh::{ImportReport, LengthUnit, SurfaceReport};
 pub(super) enum MeshCommand {
     /// Import a mesh or surface file and report its contents.
     ///
-    /// Reads solids of Gmsh (1, 2, 4; text or binary) and VTK (legacy .vtk, text or binary; .vtu)
-    /// and USD (.usda), and surfaces of the first two (.vtp too), STL (text or binary), OBJ and PLY. Writes nothing.
+    /// Reads solids of Gmsh (1, 2, 4; text or binary), VTK (legacy .vtk, text or binary; .vtu) and
+    /// USD (.usda), and surfaces of the first two (.vtp too), STL (text or binary), OBJ and PLY.
+    /// Writes nothing.
     Check {
         /// The mesh or surface file.
         file: PathBuf,

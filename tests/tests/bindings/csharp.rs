@@ -203,7 +203,7 @@ fn the_component_of_unity_equals_rust_to_the_bit() {
         felt += usize::from(line[5] > 0.01);
     }
     assert!(felt > 500, "felt in {felt} ticks");
-    // dented under the tip, drawn from outside, copied once per 16 ticks, and no force after the fault
+    // dented under the tip, drawn from outside, copied once per 16 ticks, no force after a fault
     let [_, dent_m, outside, drawn, last_n, fault] = end.splitn(6, ' ').collect::<Vec<_>>()[..] else { panic!("{end}") };
     assert!((-4e-3..-2e-3).contains(&dent_m.parse::<f64>().unwrap()), "{end}");
     assert_eq!((outside, drawn, last_n, fault), ("True", "158", "0", "palpate: ticks ended too late"), "{end}");

@@ -1,4 +1,5 @@
-//! Meshes from files: solids of Gmsh, VTK and USD; surfaces of the first two, and of STL, OBJ and PLY.
+//! Meshes from files: solids of Gmsh, VTK and USD; surfaces of the first two, and of STL, OBJ and
+//! PLY.
 
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -1,5 +1,6 @@
 //! The loop against a mock of the Inverse Service's socket: a first frame with the device's
-//! configuration, then states; each command is answered by the next state, so no test waits for time.
+//! configuration, then states; each command is answered by the next state, so no test waits for
+//! time.
 
 use std::time::Duration;
 
