@@ -29,10 +29,9 @@ pub(super) enum MeshCommand {
     /// Fill a closed surface (STL, OBJ, PLY, VTK) with tets of one size.
     ///
     /// Writes <surface>.msh for scenes and Gmsh, <surface>.vtu for ParaView and <surface>.usda for
-    /// engines, in metres,
-    /// and prints where the tissue is supported against a press from above. A scene can also use
-    /// the surface itself as its mesh: its tets are then small under the probe and grow away from
-    /// it.
+    /// engines, in metres, and prints where the tissue is supported against a press from above. A
+    /// scene can also use the surface itself as its mesh: its tets are then small under the probe
+    /// and grow away from it.
     Tets(tets::TetsArgs),
 }
 
