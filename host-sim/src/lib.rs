@@ -18,12 +18,14 @@ use self::error::Error;
 pub mod command;
 mod contact_report;
 pub mod error;
+mod gltf;
 mod loop_figures;
 #[cfg(feature = "full")]
 pub mod port;
 mod press_report;
 pub mod provenance;
 mod section_report;
+mod usda;
 mod vtu;
 
 /// Reads the command line, runs the command and reports an error in one line.

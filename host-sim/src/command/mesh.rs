@@ -16,8 +16,9 @@ use palpate_tissue::mesh::{ImportReport, LengthUnit, SurfaceReport};
 pub(super) enum MeshCommand {
     /// Import a mesh or surface file and report its contents.
     ///
-    /// Reads solids of Gmsh (1, 2, 4; text or binary) and VTK (legacy .vtk, text or binary; .vtu),
-    /// and surfaces of these (.vtp too), STL (text or binary), OBJ and PLY. Writes nothing.
+    /// Reads solids of Gmsh (1, 2, 4; text or binary), VTK (legacy .vtk, text or binary; .vtu) and
+    /// USD (.usda), and surfaces of the first two (.vtp too), STL (text or binary), OBJ and PLY.
+    /// Writes nothing.
     Check {
         /// The mesh or surface file.
         file: PathBuf,
@@ -27,10 +28,10 @@ pub(super) enum MeshCommand {
     },
     /// Fill a closed surface (STL, OBJ, PLY, VTK) with tets of one size.
     ///
-    /// Writes <surface>.msh for scenes and Gmsh, and <surface>.vtu for ParaView, both in metres,
-    /// and prints where the tissue is supported against a press from above. A scene can also use
-    /// the surface itself as its mesh: its tets are then small under the probe and grow away from
-    /// it.
+    /// Writes <surface>.msh for scenes and Gmsh, <surface>.vtu for ParaView and <surface>.usda for
+    /// engines, in metres, and prints where the tissue is supported against a press from above. A
+    /// scene can also use the surface itself as its mesh: its tets are then small under the probe
+    /// and grow away from it.
     Tets(tets::TetsArgs),
 }
 

@@ -8,7 +8,7 @@ use super::mesh::box_mm;
 use super::progress::{Spinner, told};
 use super::verdict::Verdict;
 use crate::error::Error;
-use crate::{contact_report, press_report};
+use crate::{contact_report, gltf, press_report, usda};
 use palpate_tissue::budget::MACHINES;
 use palpate_tissue::machine::{PROFILE, processor};
 use palpate_tissue::moving::{Ramp, RampError};
@@ -29,6 +29,13 @@ pub(super) struct PressArgs {
     /// Also write press_<k>.vtu for ParaView: the tissue at the end of hold k.
     #[arg(long)]
     vtu: bool,
+    /// Also write press.glb (glTF): the surface with a morph target for the end of each hold, the
+    /// pressure as colour.
+    #[arg(long)]
+    gltf: bool,
+    /// Also write press.usda: a USD `TetMesh` with a time sample for the end of each hold.
+    #[arg(long)]
+    usd: bool,
     /// Also write the contact map at the deepest position of the tip: contact.csv (pressure on each
     /// surface triangle), a picture, and area, centre, axes and peak in summary.json.
     #[arg(long)]
@@ -37,7 +44,7 @@ pub(super) struct PressArgs {
 
 impl Default for PressArgs {
     fn default() -> Self {
-        Self { common: Common::of("block", None), vtu: false, contact: false }
+        Self { common: Common::of("block", None), vtu: false, gltf: false, usd: false, contact: false }
     }
 }
 
@@ -46,8 +53,8 @@ impl PressArgs {
         let scene = self.common.load()?;
         let session = told("meshing the tissue", || Session::prepare(&scene)?.for_motion(&MACHINES[0], &scene))?;
         let dented = press_report::has_surface(&session);
-        if let Some((_, option)) = [(self.contact, "--contact"), (self.vtu, "--vtu")].iter().find(|(asked, _)| *asked && !dented)
-        {
+        let options = [(self.contact, "--contact"), (self.vtu, "--vtu"), (self.gltf, "--gltf"), (self.usd, "--usd")];
+        if let Some((_, option)) = options.iter().find(|(asked, _)| *asked && !dented) {
             let why = "a law has no surface that is pressed: leave it out, or fit a patch with `palpate fit` without --law";
             return Err(palpate_tissue::Error::Usage(format!("{option}: {why}")).into());
         }
@@ -64,6 +71,12 @@ impl PressArgs {
         })?;
         let moving = judge_ramps(&ramps, &session)?;
         press_report::write(&folder, &scene, &session, &press, &moving, deepest.as_ref(), self.vtu)?;
+        if self.gltf {
+            gltf::write(&folder, &session, &press.holds)?;
+        }
+        if self.usd {
+            usda::write(&folder, &session, &press.holds)?;
+        }
         let verdict = Verdict::of(press.check(&scene.drive), || in_words(&scene, &session, &press))?;
         let verdict = verdict.warning_if(is_doubtful(&scene, &session, &press)).about(&scene).first();
         print_report(&scene, &session);

@@ -24,6 +24,7 @@ mod topology;
 pub mod triangle;
 mod unit;
 mod up;
+mod usd;
 mod vtk;
 mod word;
 

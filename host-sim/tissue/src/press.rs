@@ -6,7 +6,7 @@
 pub mod contact;
 mod promise;
 
-use palpate::{ClampFlags, Fault, Model, Output, Probe, ProbePose, State, Tuned, Vector3, tick};
+use palpate::{ClampFlags, ContactMap, Fault, Model, Output, Probe, ProbePose, State, Tuned, Vector3, tick};
 
 use crate::clock::thread_time;
 use crate::error::Error;
@@ -70,6 +70,8 @@ pub struct Hold {
     /// Displacement of every node [m]; for a surface node inside the probe, the displacement of the
     /// foundation's outer face, which touches the probe.
     pub surface_displacement_m: Vec<Vector3<f32>>,
+    /// Mean pressure on each surface triangle [Pa].
+    pub pressure_pa: Vec<f32>,
 }
 
 /// Record of a run.
@@ -169,7 +171,9 @@ pub fn run_seen(
         press.fault = output.fault;
         see(&model, &tuned, &mut state, &row);
         if let Some(n) = hold_ends {
-            press.holds.push(hold(&model, &session.params.probe, &state, targets[n], force_n, &row));
+            let mut held = hold(&model, &session.params.probe, &state, targets[n], force_n, &row);
+            let _map = ContactMap::read(&model, &tuned, &mut state, &mut held.pressure_pa);
+            press.holds.push(held);
         }
         progress(press.ticks.len());
     }
@@ -206,6 +210,7 @@ pub fn hold(model: &Model, probe: &Probe, state: &State, target: f64, force_n: f
         tip_m: row.tip_m,
         displacement_m,
         surface_displacement_m,
+        pressure_pa: vec![0.0; model.triangles.len()],
     }
 }
 

@@ -10,11 +10,11 @@ use palpate_tests::palpate_command::repository;
 
 const SANITIZERS: [&str; 2] = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"];
 
-fn example(name: &str) -> PathBuf {
+pub fn example(name: &str) -> PathBuf {
     repository().join("host-sim/bindings/examples").join(name)
 }
 
-fn source(name: &str) -> PathBuf {
+pub fn source(name: &str) -> PathBuf {
     repository().join("tests/tests/bindings").join(name)
 }
 
@@ -24,23 +24,23 @@ fn patch() -> PathBuf {
 }
 
 /// An armed session, opened as in the examples.
-fn session() -> HapticSession {
+pub fn session() -> HapticSession {
     let mut session = HapticSession::open("block", None, "touch").unwrap();
     session.arm().unwrap();
     session
 }
 
-fn force_n(session: &mut HapticSession, tip_m: [f64; 3]) -> [u32; 3] {
+pub fn force_n(session: &mut HapticSession, tip_m: [f64; 3]) -> [u32; 3] {
     let record = session.tick(&Input::at(Vector3::from(tip_m).cast()));
     assert_eq!(record.fault, None);
     record.applied_n.map(f32::to_bits).into()
 }
 
-fn numbers(line: &str) -> Vec<f64> {
+pub fn numbers(line: &str) -> Vec<f64> {
     line.split_whitespace().filter_map(|word| word.parse().ok()).collect()
 }
 
-fn bits(force_n: &[f64]) -> [u32; 3] {
+pub fn bits(force_n: &[f64]) -> [u32; 3] {
     std::array::from_fn(|k| (force_n[k] as f32).to_bits())
 }
 
@@ -139,7 +139,12 @@ fn adapters_compile_against_our_stubs() {
     let clock = format!("-I{}", source("").display());
     let clock = ["-DADAPTER_CLOCK=FakeClock", "-include", "fake_clock.h", &clock];
     let late = "ticks ended too late";
-    for (name, device, stopped) in [("touch", "touch", "sensor"), ("omega", "omega3", "sensor"), ("inverse3", "inverse3", late)] {
+    for (name, device, stopped) in [
+        ("touch", "touch", "sensor"),
+        ("omega", "omega3", "sensor"),
+        ("inverse3", "inverse3", late),
+        ("chai3d", "chai3d", "sensor"),
+    ] {
         let file = example("adapters").join(name).with_extension("cpp");
         assert!(std::fs::read_to_string(&file).unwrap().contains("UNTESTED ON A DEVICE"), "{name}");
         let program = compile(&file, folder.path(), name, true, &[&clock[..], &[&fake.display().to_string()]].concat());
@@ -157,6 +162,33 @@ fn adapters_compile_against_our_stubs() {
             assert!(String::from_utf8_lossy(&ended.stderr).contains("0.5 N"), "cautions: {ended:?}");
         }
     }
+}
+
+/// The object of a CHAI3D world: forces, and the vertices that it draws.
+#[test]
+fn the_object_of_chai3d_equals_rust_to_the_bit() {
+    if !Language::Cpp.is_here() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let adapters = format!("-I{}", example("adapters").display());
+    let program = compile(&source("chai3d_press.cpp"), folder.path(), "press", true, &[&SANITIZERS[..], &[&adapters]].concat());
+    let said = run(&mut Command::new(program));
+    let (mut own, mut felt) = (session(), 0);
+    let (ticks, drawn) = said.trim_end().rsplit_once('\n').unwrap();
+    assert_eq!(ticks.lines().count(), 1600);
+    let site_m: [f64; 3] = own.tissue().patch().site_m().cast().into();
+    for (tick, line) in ticks.lines().map(numbers).enumerate() {
+        let found = force_n(&mut own, std::array::from_fn(|k| line[k] + site_m[k]));
+        assert_eq!(bits(&line[3..]), found, "tick {tick}");
+        felt += usize::from(line[5] > 0.01);
+    }
+    assert!(felt > 250, "felt in {felt} ticks");
+    // the last tick is a multiple of 16, so the mesh shows the nodes as they are now
+    let nodes = own.tissue().nodes().iter().map(|node| f64::from(node.position_m().z) - site_m[2]);
+    let squares = nodes.fold(0.0, |sum, z_m| sum + z_m * z_m);
+    let (model, drawn) = (own.tissue().patch().model(), numbers(drawn));
+    assert_eq!(drawn, [model.nodes.len() as f64, model.triangles.len() as f64, squares]);
 }
 
 #[test]

@@ -1,10 +1,11 @@
-// A device library in place of the vendors', behind all three stubs, with a clock of its own. The stylus presses slowly;
+// A device library in place of the vendors', behind all four stubs, with a clock of its own. The stylus presses slowly;
 // at tick 1500, 3 mm deep, it does as FAKE says: "late", "stops" or "jumps"; anything else goes on to the end, where it
 // raises SIGINT as Ctrl-C does. Prints the largest force before tick 1500, and after tick 1510.
 #include "fake_clock.h"
 
 #include <HD/hd.h>
 #include <HardwareAPI.h>
+#include <chai3d.h>
 #include <dhdc.h>
 
 #include <atomic>
@@ -90,6 +91,24 @@ int dhdGetPosition(double *x_m, double *y_m, double *z_m, char) {
 int dhdSetForce(double x_n, double y_n, double z_n, char) { return felt(x_n, y_n, z_n), 0; }
 const char *dhdErrorGetLastStr(void) { return "no error"; }
 double dhdGetTime(void) { return 1e-6 * double(fake_us); }
+
+// CHAI3D
+class FakeDevice : public chai3d::cGenericHapticDevice {
+    bool open() override { return true; }
+    bool close() override { return printed(), true; }
+    bool calibrate(bool) override { return true; }
+    bool getPosition(chai3d::cVector3d &position_m) override {
+        position_m = chai3d::cVector3d(0.0, 0.0, height_m());
+        return !stopped();
+    }
+    bool setForceAndTorqueAndGripperForce(const chai3d::cVector3d &force, const chai3d::cVector3d &, double) override {
+        return felt(force.x(), force.y(), force.z()), true;
+    }
+};
+bool chai3d::cHapticDeviceHandler::getDevice(cGenericHapticDevicePtr &device, unsigned int) {
+    device = std::make_shared<FakeDevice>();
+    return true;
+}
 
 // Haply, whose centre is 20 mm above the tissue; a stopped device blocks the exchange
 namespace Haply::HardwareAPI {

@@ -2,5 +2,6 @@
 //! compilers, and results that are bit-identical to those of Rust.
 
 mod c_programs;
+mod csharp;
 mod header_is_current;
 mod python_package;

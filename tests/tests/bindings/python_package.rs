@@ -101,6 +101,31 @@ fn a_loop_and_a_press_in_python_equal_rust_to_the_bit() {
     assert_eq!(rows("pressed"), [[pressed.state_hash.to_string()]]);
 }
 
+/// The ROS 2 node, with stand-ins of rclpy and of the messages.
+#[test]
+fn a_press_through_the_ros_node_equals_rust_to_the_bit() {
+    let Some(python) = python() else { return };
+    let node = repository().join("host-sim/bindings/python/examples/ros2_node.py");
+    assert!(std::fs::read_to_string(&node).unwrap().contains("UNTESTED WITH ROS"));
+    let said = run(Command::new(python).arg(script("ros2_press.py")).arg(node));
+    let lines: Vec<&str> = said.lines().collect();
+    let (ticks, end) = lines.split_at(2500);
+    let mut session = HapticSession::open("block", None, "touch").unwrap();
+    session.arm().unwrap();
+    let (site_m, mut felt): (Vector3<f64>, _) = (session.tissue().patch().site_m().cast(), 0);
+    for (tick, line) in ticks.iter().enumerate() {
+        let words: Vec<&str> = line.split(' ').collect();
+        let tip_m = site_m + Vector3::from_iterator(words[..3].iter().map(|word| word.parse::<f64>().unwrap()));
+        let record = session.tick(&Input::at(tip_m.cast()));
+        assert_eq!(vector_bits(record.applied_n), bits(&words[3..6]), "tick {tick}");
+        felt += usize::from(record.applied_n.z > 0.1);
+    }
+    assert!(felt > 100, "felt in {felt} ticks");
+    assert!(end[0].starts_with("gap 0.0 0.0 [") && end[0].contains("ticks ended too late"), "{end:?}");
+    assert!(end[2].starts_with("frame [") && end[2].contains("sensor cannot be trusted"), "{end:?}");
+    assert_eq!([end[1], end[3]], ["cleared None True", "end ['destroyed', 'shut down']"]);
+}
+
 #[test]
 fn misuse_of_the_package_raises_and_says_why() {
     let Some(python) = python() else { return };

@@ -9,6 +9,7 @@ mod documents_are_short;
 mod drives_reach_their_targets;
 mod every_preset_presses;
 mod every_scene_key_acts;
+mod files_for_engines;
 mod fit_goes_on;
 mod limits_are_data;
 mod live_follows_a_board;

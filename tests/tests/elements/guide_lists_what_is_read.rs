@@ -12,6 +12,7 @@ use crate::file_variants::{gmsh, polydata, polydata_xml, solids};
 use crate::mesh_import::block::regular;
 use crate::mesh_import::encode::{Order, Xml};
 use crate::mesh_import::write::{Format, write};
+use crate::usd_text::TET;
 
 /// Cells of the rows of a table, which begins with this header.
 fn rows(header: &str) -> Vec<Vec<String>> {
@@ -101,6 +102,7 @@ fn every_format_is_read_as_the_guide_says() {
             ("a.vtu", text(polygons_in_vtu(&small)), true),
         ],
     );
+    files.insert("USD `.usda`", vec![("a.usda", text(TET.into()), true)]);
     let encoded = polydata_xml(&small, false);
     files.insert("VTK `.vtp`", vec![("a.vtp", text(encoded.clone()), true), ("a.vtp", in_base64(&encoded), false)]);
     files.insert("STL", vec![("a.stl", text(small.stl()), true), ("a.stl", small.binary_stl(), false)]);

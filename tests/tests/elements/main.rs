@@ -17,4 +17,5 @@ mod statics_agree;
 mod stiffening_agrees;
 mod stiffening_regions;
 mod surface_files;
+mod usd_text;
 mod whole_organ;

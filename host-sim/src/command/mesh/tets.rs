@@ -10,7 +10,7 @@ use super::super::progress::told;
 use super::super::verdict::Verdict;
 use super::{box_mm, print_surface};
 use crate::error::Error;
-use crate::vtu;
+use crate::{usda, vtu};
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::mesh::import::{MeshFile, open};
 use palpate_tissue::mesh::surface::surface;
@@ -58,12 +58,13 @@ impl TetsArgs {
         let folder = OutputFolder::add_to(self.out.as_deref().unwrap_or("out/tets".as_ref()))?;
         folder.write(&format!("{stem}.msh"), msh(&mesh, &fixed).as_bytes())?;
         folder.write(&format!("{stem}.vtu"), vtu(&mesh, &fixed).as_bytes())?;
+        folder.write(&format!("{stem}.usda"), usda::document(&mesh.nodes_m, &mesh.tets, &[]).as_bytes())?;
         let out = folder.publish()?;
         print_surface(&self.surface, &imported.report);
         print(&imported, &mesh, &fixed);
         println!("a scene takes it as mesh = \"{stem}.msh\", length_unit = \"m\"");
         Verdict::ok(format!(
-            "wrote {} and {stem}.vtu: {} nodes, {} tets",
+            "wrote {}, {stem}.vtu and {stem}.usda: {} nodes, {} tets",
             out.join(format!("{stem}.msh")).display(),
             mesh.nodes_m.len(),
             mesh.tets.len()

@@ -41,7 +41,7 @@ pub enum Defect {
     LengthUnit(f64),
 
     #[error(
-        "unknown mesh format (starts with `{starts}`): export as Gmsh 2.2 or 4.1 (.msh), as VTK (.vtu, .vtk), or as a closed surface (.stl, .obj, .ply, .vtp)"
+        "unknown mesh format (starts with `{starts}`): export as Gmsh 2.2 or 4.1 (.msh), as VTK (.vtu, .vtk), as USD text (.usda), or as a closed surface (.stl, .obj, .ply, .vtp)"
     )]
     UnknownFormat { starts: String },
     #[error("{is}: {instead}")]
@@ -52,6 +52,8 @@ pub enum Defect {
     Encoding { what: &'static str, found: String, instead: &'static str },
     #[error("{format} version `{found}` is not read: export as {supported}")]
     Version { format: &'static str, found: String, supported: &'static str },
+    #[error("the file says metersPerUnit = {own_m}, but {unit_m} m per unit were given: give {own_m} as the unit of length")]
+    OwnUnit { own_m: f64, unit_m: f64 },
     #[error("a partitioned mesh is not read: export it as one partition")]
     Partitioned,
     #[error("a list of files with the pieces of a mesh: give one file (ParaView: Merge Blocks, then Save Data)")]

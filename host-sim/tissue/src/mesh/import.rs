@@ -1,4 +1,5 @@
-//! Meshes from files: solids of Gmsh and VTK; surfaces of these, and of STL, OBJ and PLY.
+//! Meshes from files: solids of Gmsh, VTK and USD; surfaces of the first two, and of STL, OBJ and
+//! PLY.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -11,7 +12,7 @@ use super::quality::WorstTet;
 use super::raw::RawMesh;
 use super::resolve::resolve;
 use super::surface_file::{self, Format, ImportedSurface};
-use super::{TetMesh, Up, gmsh, vtk};
+use super::{TetMesh, Up, gmsh, usd, vtk};
 
 /// A mesh that passed every check.
 #[derive(Clone, Debug, PartialEq)]
@@ -99,6 +100,8 @@ pub fn open_turned(path: &Path, unit_m: f64, up: Up) -> Result<MeshFile, MeshErr
         vtk::read(&file, data)
     } else if head.starts_with(b"<") {
         vtk::xml::read(&file, data)
+    } else if head.starts_with(b"#usda") {
+        usd::read(&file, data, unit_m)
     } else if let Some(format) = Format::of(path, data) {
         let surface = surface_file::read(&file, data, format)?;
         return surface_file::checked(&file, surface, unit_m, up).map(MeshFile::Surface);
@@ -131,6 +134,9 @@ fn foreign(head: &[u8]) -> Option<(&'static str, &'static str)> {
         }
         () if head.starts_with(b"\xff\xfe") || head.starts_with(b"\xfe\xff") || is_wide(head) => {
             Some(("text in UTF-16", "save it as UTF-8 or plain ASCII"))
+        }
+        () if begins("PXR-USDC") || head.starts_with(b"PK\x03\x04") => {
+            Some(("binary USD, or another packed file", "unpack it as text: usdcat FILE -o FILE.usda"))
         }
         () if is_comment => Some((
             "it begins with `$` but with no section of Gmsh: a Nastran file",

@@ -38,7 +38,7 @@ fn what_is_not_read_is_refused_by_name() {
         (
             "a.1.node",
             "4  3  0  0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n".into(),
-            "a.1.node: unknown mesh format (starts with `4  3  0  0`): export as Gmsh 2.2 or 4.1 (.msh), as VTK (.vtu, .vtk), or as a closed surface (.stl, .obj, .ply, .vtp)",
+            "a.1.node: unknown mesh format (starts with `4  3  0  0`): export as Gmsh 2.2 or 4.1 (.msh), as VTK (.vtu, .vtk), as USD text (.usda), or as a closed surface (.stl, .obj, .ply, .vtp)",
         ),
         ("a.vtu", "<?xml version=\"1.0\"?>\n".into(), "a.vtu:1: not sound XML (the document does not have a root node): re-export the mesh"),
         ("a.vtu", "<VTKFile>".into(), "a.vtu:1: not sound XML (the root node was opened but never closed): re-export the mesh"),
