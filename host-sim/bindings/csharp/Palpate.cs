@@ -49,6 +49,23 @@ namespace Palpate {
     [StructLayout(LayoutKind.Sequential, Size = 6)]
     public struct Six { private readonly byte first; }
 
+    // Contact of the tissue with the probe, before damping, gains and limits of the loop.
+    [StructLayout(LayoutKind.Sequential)]
+    public struct Contact {
+        public Vector normal_n, friction_n, torque_nm, centre_m;
+        public Axes axes;
+        public Pair half_lengths_m;
+        public double area_m2, peak_pressure_pa;
+        public uint triangles, reserved;
+    }
+
+    // Unit vectors along the principal axes of a contact.
+    [StructLayout(LayoutKind.Sequential)]
+    public struct Axes { public Vector longer, shorter; }
+
+    [StructLayout(LayoutKind.Sequential)]
+    public struct Pair { public double longer, shorter; }
+
     // Tissue, probe and device of a session.
     [StructLayout(LayoutKind.Sequential)]
     public struct Info {
@@ -123,6 +140,15 @@ namespace Palpate {
                 Report report;
                 Check(Native.palpate_read_report(handle, out report, Size<Report>.Bytes));
                 return report;
+            }
+        }
+
+        // Computed when it is read; it changes no tick.
+        public Contact Contact {
+            get {
+                Contact contact;
+                Check(Native.palpate_read_contact(handle, out contact, Size<Contact>.Bytes));
+                return contact;
             }
         }
 
@@ -237,6 +263,8 @@ namespace Palpate {
         internal static extern Code palpate_write_profile(ulong session, byte[] path);
         [DllImport(Library)]
         internal static extern Code palpate_read_report(ulong session, out Report report, UIntPtr report_bytes);
+        [DllImport(Library)]
+        internal static extern Code palpate_read_contact(ulong session, out Contact contact, UIntPtr contact_bytes);
         [DllImport(Library)]
         internal static extern Code palpate_read_info(ulong session, out Info info, UIntPtr info_bytes);
         [DllImport(Library)]

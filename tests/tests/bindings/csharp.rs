@@ -10,7 +10,7 @@ use palpate_tests::palpate_command::repository;
 use crate::c_programs::{bits, example, force_n, numbers, session, source};
 
 /// Words of a declaration in C that C# says differently, and how the file says them.
-const TYPES: [(&str, &str); 20] = [
+const TYPES: [(&str, &str); 23] = [
     ("const char *", "byte[]"),
     ("char *", "[Out] byte[]"),
     ("const uint8_t *", "byte[]"),
@@ -21,6 +21,9 @@ const TYPES: [(&str, &str); 20] = [
     ("const struct palpate_input *", "ref Input"),
     ("struct palpate_report *", "out Report"),
     ("struct palpate_info *", "out Info"),
+    ("struct palpate_contact *", "out Contact"),
+    ("double axes[2][3]", "Axes axes"),
+    ("double half_lengths_m[2]", "Pair half_lengths_m"),
     ("palpate_session ", "ulong "),
     ("size_t ", "UIntPtr "),
     ("uint64_t ", "ulong "),
@@ -110,7 +113,7 @@ fn values(text: &str, head: &str, prefix: &str) -> Vec<String> {
 fn differences(header: &str, sharp: &str) -> Vec<String> {
     let (c, cs) = (bare(header), bare(sharp));
     let mut pairs = vec![("functions".to_owned(), functions_of_header(header), functions_of_csharp(sharp))];
-    for (name, sharp_name) in [("input", "Input"), ("report", "Report"), ("info", "Info")] {
+    for (name, sharp_name) in [("input", "Input"), ("report", "Report"), ("contact", "Contact"), ("info", "Info")] {
         let (head, sharp_head) = (format!("typedef struct palpate_{name} {{"), format!("struct {sharp_name} {{"));
         pairs.push((name.into(), fields(&c, &head), fields(&cs, &sharp_head)));
     }
