@@ -7,7 +7,7 @@ mod scene;
 use std::path::Path;
 
 use palpate_fit::identify::record::{Record, Table};
-use palpate_fit::identify::study::{Identified, Plan, identify};
+use palpate_fit::identify::study::{Identified, Plan, identify, identify_within};
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::output::OutputFolder;
 
@@ -51,23 +51,28 @@ fn read(path: &Path, thickness_m: f64) -> Result<(Vec<Record>, Vec<String>), Err
 }
 
 impl IdentifyArgs {
-    /// Thickness and sides of the tissue [m].
+    /// Sides of the tissue, the thickness last and at most [m].
     fn block_m(&self) -> [f64; 3] {
-        let wide_m = 4.0 * self.thickness + 8.0 * self.tip;
-        let [x, y] = self.block.unwrap_or([wide_m; 2]);
-        [x, y, self.thickness]
+        let most_m = self.thickness[1];
+        let [x, y] = self.block.unwrap_or([4.0 * most_m + 8.0 * self.tip; 2]);
+        [x, y, most_m]
     }
 
     /// Radius of a piece that ends above the support, if the radius that `fit` takes would not.
-    fn radius(&self) -> Option<String> {
-        let most_m = 0.6 * self.thickness;
+    fn radius(&self, found: &Identified) -> Option<String> {
+        let most_m = 0.6 * found.block_m[2];
         (2.125 * self.tip > most_m).then(|| format!("{:.2}mm", most_m * 1e3))
     }
 
     pub(super) fn run(&self) -> Result<(), Error> {
-        let (records, notes) = read(&self.data, self.thickness)?;
+        let (records, notes) = read(&self.data, self.thickness[1])?;
         let plan = Plan { ball_m: self.tip, block_m: self.block_m(), poisson_ratio: self.nu, leave_out: self.leave_out };
-        let found = told("solving finite elements of the test", || identify(&plan, &records)).map_err(TissueError::Usage)?;
+        let [low_m, high_m] = self.thickness;
+        let solve = || match low_m < high_m {
+            true => identify_within(&plan, self.thickness, &records),
+            false => identify(&plan, &records),
+        };
+        let found = told("solving finite elements of the test", solve).map_err(TissueError::Usage)?;
         let folder = self.out.clone().unwrap_or_else(|| "out/identify".into());
         stop::says_what_stays(&folder);
         let folder = OutputFolder::open(&folder)?.made_by(provenance::of(None));
@@ -77,9 +82,9 @@ impl IdentifyArgs {
         let out = folder.publish()?;
         println!("\nwrote {}: summary.json, identified.toml, fit.csv, identified.svg and .png", out.display());
         if self.fit {
-            patch::fit_and_judge(&out.join(scene::name(&found)), self.radius().as_deref(), &out.join("board"), &found, &records)?;
+            patch::fit_and_judge(&out.join(scene::name(&found)), self.radius(&found).as_deref(), &out.join("board"), &found, &records)?;
         } else {
-            let radius = self.radius().map_or_else(String::new, |radius| format!(" --radius {radius}"));
+            let radius = self.radius(&found).map_or_else(String::new, |radius| format!(" --radius {radius}"));
             println!("next: palpate fit --scene {} --board {}{radius}", out.join(scene::name(&found)).display(), patch::BOARD);
         }
         verdict.last()

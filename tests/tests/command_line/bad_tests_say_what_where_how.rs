@@ -63,6 +63,7 @@ fn a_wrong_option_is_refused_before_anything_is_read() {
     refused(&desk, &with(&["--tip", "sphere:4mm", "--thickness", "10mm"]), &["none.csv", "check the path"]);
     refused(&desk, &with(&["--tip", "sphere:4", "--thickness", "10mm"]), &["--tip 4 m", "such as 4mm"]);
     refused(&desk, &with(&["--tip", "sphere:4mm", "--thickness", "10mm", "--nu", "0.5"]), &["--nu 0.5", "0.49"]);
+    refused(&desk, &with(&["--tip", "sphere:4mm", "--thickness", "20..5mm"]), &["--thickness", "ends before it begins", "5..20mm"]);
     refused(&desk, &with(&["--tip", "sphere:4mm", "--thickness", "10mm", "--block", "5x5mm"]), &["--block", "width of the tip"]);
 }
 

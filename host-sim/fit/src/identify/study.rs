@@ -2,7 +2,7 @@
 //! with the measurement that would remove them, and the judgement of rows that were not fitted.
 
 use super::elastic::{Elastic, Setup};
-use super::fit::{Estimate, Fitted, Problem, Quantity, Settings};
+use super::fit::{CHI_90, Estimate, Fitted, Problem, Quantity, Settings};
 use super::model::{Tissue, any_n};
 use super::record::Record;
 
@@ -15,6 +15,12 @@ const TOLD_SHARE: f64 = 0.05;
 const MODULI_PA: [f64; 2] = [100.0, 10e6];
 /// Largest number of times that first contact is moved.
 const MOST_TRIES: usize = 4;
+/// Number of thicknesses of a range that are tried, and how often the best one's neighbourhood is
+/// halved.
+const THICKNESSES: usize = 4;
+const HALVINGS: usize = 3;
+/// Half width of the interval of a thickness, in its logarithm, up to which it is known (1).
+const TOLD_THICKNESS: f64 = 0.2;
 /// Correlation from which two quantities trade off (1).
 const TRADED: f64 = 0.85;
 
@@ -51,6 +57,12 @@ pub struct Judged {
 /// Result of an identification.
 #[derive(Clone, Debug)]
 pub struct Identified {
+    /// Sides of the slab, the thickness last [m].
+    pub block_m: [f64; 3],
+    /// The 90 % interval of the thickness [m]; without width if the thickness was given.
+    pub thickness_m: [f64; 2],
+    /// Minus twice the logarithm of the likelihood, up to a constant of the data.
+    pub left: f64,
     /// The most likely tissue.
     pub tissue: Tissue,
     /// Its constants with intervals: modulus, relaxed modulus, exponent, then share and time of
@@ -164,6 +176,9 @@ pub fn identify(plan: &Plan, records: &[Record]) -> Result<Identified, String> {
     };
     let unsaid = unsaid(plan, &records[..kept], &fit, &estimates, &elastic);
     Ok(Identified {
+        block_m: plan.block_m,
+        thickness_m: [plan.block_m[2]; 2],
+        left: problem.left(&fit),
         rms_pct: error(&problem, &fit),
         plain: (plain.tissue(), error(&plain_problem, &plain)),
         exponent_gain: least(&plain) - least(&fit),
@@ -173,6 +188,67 @@ pub fn identify(plan: &Plan, records: &[Record]) -> Result<Identified, String> {
         unsaid,
         tests,
     })
+}
+
+/// Identifies a tissue together with its thickness, of which only a range [m] is known.
+///
+/// # Errors
+/// As [`identify`]; or only the combination of thickness, modulus and exponent is known.
+pub fn identify_within(plan: &Plan, range_m: [f64; 2], records: &[Record]) -> Result<Identified, String> {
+    let at = |ln: f64| {
+        let [x, y, _] = plan.block_m;
+        identify(&Plan { block_m: [x, y, ln.exp()], ..*plan }, records).map(|found| (ln, found))
+    };
+    let [low, high] = range_m.map(f64::ln);
+    let mut tried = Vec::new();
+    for n in 0..THICKNESSES {
+        tried.push(at(low + (high - low) * n as f64 / (THICKNESSES - 1) as f64)?);
+    }
+    let best_of = |tried: &[(f64, Identified)]| {
+        (0..tried.len()).min_by(|a, b| tried[*a].1.left.total_cmp(&tried[*b].1.left)).unwrap_or(0)
+    };
+    for _ in 0..HALVINGS {
+        let (best, count) = (best_of(&tried), tried.len());
+        for n in [best + 1, best].into_iter().filter(|n| (1..count).contains(n)) {
+            let between = at(tried[n - 1].0.midpoint(tried[n].0))?;
+            tried.insert(n, between);
+        }
+    }
+    let least = tried[best_of(&tried)].1.left;
+    let likely = |n: &usize| tried[*n].1.left < least + CHI_90;
+    let first = (0..tried.len()).find(likely).unwrap_or(0);
+    let last = (0..tried.len()).rev().find(likely).unwrap_or(first);
+    // the end of the interval lies between a likely thickness and its unlikely neighbour
+    let ends = [tried[first.saturating_sub(1)].0, tried[(last + 1).min(tried.len() - 1)].0];
+    let thickness_m = ends.map(f64::exp);
+    let of = |of: Quantity| {
+        let all = tried[first..=last].iter().filter_map(|(_, found)| Some(found.of(of)?.interval));
+        all.fold([f64::MAX, f64::MIN], |[a, b], [c, d]| [a.min(c), b.max(d)])
+    };
+    let [modulus, exponent] = [of(Quantity::Modulus), of(Quantity::Exponent)];
+    if ends[1] - ends[0] > 2.0 * TOLD_THICKNESS {
+        return Err(format!(
+            "{}: only the combination of thickness, modulus and exponent is known, from {:.1} mm with {:.2} kPa and b = {:.2} to {:.1} mm with {:.2} kPa and b = {:.2}: measure the thickness and state it with --thickness, or press deeper",
+            records[0].name,
+            thickness_m[0] * 1e3,
+            tried[first].1.tissue.youngs_modulus_pa * 1e-3,
+            tried[first].1.tissue.stiffening_b,
+            thickness_m[1] * 1e3,
+            tried[last].1.tissue.youngs_modulus_pa * 1e-3,
+            tried[last].1.tissue.stiffening_b,
+        ));
+    }
+    let mut found = tried.swap_remove(best_of(&tried)).1;
+    found.thickness_m = thickness_m;
+    for estimate in &mut found.estimates {
+        match estimate.of {
+            Quantity::Modulus => estimate.interval = modulus,
+            Quantity::Exponent => estimate.interval = exponent,
+            _ => {}
+        }
+    }
+    found.unsaid.insert(0, format!("the thickness was fitted: it lies between {:.2} and {:.2} mm; state it with --thickness", thickness_m[0] * 1e3, thickness_m[1] * 1e3));
+    Ok(found)
 }
 
 /// Elastic curves to the depth that the records may reach.

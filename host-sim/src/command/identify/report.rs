@@ -118,6 +118,8 @@ pub(super) fn figure(found: &Identified, records: &[Record]) -> Figure {
 
 #[derive(Serialize)]
 struct Summary {
+    thickness_m: f64,
+    thickness_interval_m: [f64; 2],
     estimates: Vec<Value>,
     unsaid: Vec<String>,
     terms: usize,
@@ -152,6 +154,8 @@ pub(super) fn summary(found: &Identified, records: &[Record]) -> impl Serialize 
     let value =
         |e: &Estimate| Value { name: words(e.of).3, value: e.value, low: e.interval[0], high: e.interval[1], told: e.told() };
     Summary {
+        thickness_m: found.block_m[2],
+        thickness_interval_m: found.thickness_m,
         estimates: found.estimates.iter().map(value).collect(),
         unsaid: found.unsaid.clone(),
         terms: found.tissue.terms.len(),
