@@ -88,9 +88,12 @@ fn text(args: &IdentifyArgs, found: &Identified, records: &[Record], tissue: &Ti
     }
     let speed = records.iter().map(Record::speed_m_per_s).fold(f64::MAX, f64::min);
     let hold_s = records.iter().map(Record::hold_s).fold(0.0, f64::max).clamp(0.3, 10.0);
+    let friction = found.friction().map_or_else(String::new, |[value, low, high]| {
+        format!("friction = {}  # 90 % interval {} to {} (1)\n", digits(value), digits(low), digits(high))
+    });
     let _infallible = write!(
         text,
-        "[probe]\nshape = \"hemisphere\"\nradius_m = {}  # given\nposition_m = [0.0, 0.0]\n[drive]  # as in the test\nkind = \"depth\"\n\
+        "[probe]\nshape = \"hemisphere\"\nradius_m = {}  # given\nposition_m = [0.0, 0.0]\n{friction}[drive]  # as in the test\nkind = \"depth\"\n\
          holds_m = [{}]\nramp_m_per_s = {}\nhold_s = {}\n",
         digits(args.tip),
         digits(deepest_m),
