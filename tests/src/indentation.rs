@@ -48,6 +48,7 @@ pub struct Tally {
     right: f64,
     told: f64,
     told_right: f64,
+    possible: f64,
 }
 
 impl Tally {
@@ -60,6 +61,9 @@ impl Tally {
         self.right += count(right);
         self.told += count(told);
         self.told_right += count(told && right);
+        // an unbiased value is spread at least as the interval says (the bound of Cramer and Rao)
+        let deviation = (high - low) / (2.0 * 1.645);
+        self.possible += libm::erf(most / (std::f64::consts::SQRT_2 * deviation));
     }
 
     /// Share of cases whose truth lies in the interval (1).
@@ -80,10 +84,11 @@ impl fmt::Display for Tally {
         let share = |part: f64| part / self.cases;
         write!(
             f,
-            "{} cases: truth inside the interval in {:.2}, within the target in {:.2}; told in {:.2}, of which within in {:.2}",
+            "{} cases: truth inside the interval in {:.2}, within the target in {:.2} (by the intervals at most {:.2}); told in {:.2}, of which within in {:.2}",
             self.cases,
             self.inside(),
             share(self.right),
+            share(self.possible),
             share(self.told),
             self.told_right()
         )

@@ -1,4 +1,4 @@
-//! Identifies modulus, stiffening and relaxation of a tissue from indentations of it.
+//! Identifies modulus, stiffening, relaxation and friction of a tissue from indentations of it.
 //!
 //! ```text
 //! record (columns, contact, segments) ─ elastic (axial: finite elements) ─ model ─ fit ─ study
@@ -9,4 +9,5 @@ pub mod elastic;
 pub mod fit;
 pub mod model;
 pub mod record;
+pub mod slide;
 pub mod study;

@@ -7,7 +7,8 @@ mod scene;
 use std::path::Path;
 
 use palpate_fit::identify::record::{Record, Table};
-use palpate_fit::identify::study::{Identified, Plan, identify};
+use palpate_fit::identify::slide::Slide;
+use palpate_fit::identify::study::{Identified, Plan, identify, identify_within};
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::output::OutputFolder;
 
@@ -18,8 +19,15 @@ use super::verdict::Verdict;
 use crate::error::Error;
 use crate::provenance;
 
-/// Reads all tests of a file or of the files of a folder.
-fn read(path: &Path, thickness_m: f64) -> Result<(Vec<Record>, Vec<String>), Error> {
+/// All tests of a file or of the files of a folder.
+#[derive(Default)]
+struct Tests {
+    records: Vec<Record>,
+    slides: Vec<Slide>,
+    notes: Vec<String>,
+}
+
+fn read(path: &Path, thickness_m: f64, ball_m: f64) -> Result<Tests, Error> {
     let unreadable = |path: &Path, source| TissueError::Read { path: path.into(), source };
     let mut files = vec![path.to_owned()];
     if path.is_dir() {
@@ -36,38 +44,50 @@ fn read(path: &Path, thickness_m: f64) -> Result<(Vec<Record>, Vec<String>), Err
             .into());
         }
     }
-    let (mut records, mut notes) = (Vec::new(), Vec::new());
+    let mut tests = Tests::default();
     for file in files {
         let bytes = std::fs::read(&file).map_err(|source| unreadable(&file, source))?;
         // files of older programs are in Latin-1, in which a byte is a character
         let text = String::from_utf8(bytes).unwrap_or_else(|error| error.into_bytes().into_iter().map(char::from).collect());
         let table = Table::read(&file.display().to_string(), &text).map_err(TissueError::Usage)?;
-        notes.extend(table.notes);
-        for (name, rows) in table.tests {
-            records.push(Record::of(&name, rows, thickness_m).map_err(TissueError::Usage)?);
+        tests.notes.extend(table.notes);
+        for ((name, rows), along) in table.tests.into_iter().zip(table.along) {
+            let record = Record::of(&name, rows.clone(), thickness_m).map_err(TissueError::Usage)?;
+            let contact_radius_m = (ball_m * record.span_m()).sqrt().min(ball_m);
+            if !along.is_empty() {
+                tests.slides.extend(Slide::of(&name, &rows, &along, contact_radius_m).map_err(TissueError::Usage)?);
+            }
+            tests.records.push(record);
         }
     }
-    Ok((records, notes))
+    Ok(tests)
 }
 
 impl IdentifyArgs {
-    /// Thickness and sides of the tissue [m].
+    /// Sides of the tissue, the thickness last and at most [m].
     fn block_m(&self) -> [f64; 3] {
-        let wide_m = 4.0 * self.thickness + 8.0 * self.tip;
-        let [x, y] = self.block.unwrap_or([wide_m; 2]);
-        [x, y, self.thickness]
+        let most_m = self.thickness[1];
+        let [x, y] = self.block.unwrap_or([4.0 * most_m + 8.0 * self.tip; 2]);
+        [x, y, most_m]
     }
 
     /// Radius of a piece that ends above the support, if the radius that `fit` takes would not.
-    fn radius(&self) -> Option<String> {
-        let most_m = 0.6 * self.thickness;
+    fn radius(&self, found: &Identified) -> Option<String> {
+        let most_m = 0.6 * found.block_m[2];
         (2.125 * self.tip > most_m).then(|| format!("{:.2}mm", most_m * 1e3))
     }
 
     pub(super) fn run(&self) -> Result<(), Error> {
-        let (records, notes) = read(&self.data, self.thickness)?;
+        let Tests { records, slides, notes } = read(&self.data, self.thickness[1], self.tip)?;
         let plan = Plan { ball_m: self.tip, block_m: self.block_m(), poisson_ratio: self.nu, leave_out: self.leave_out };
-        let found = told("solving finite elements of the test", || identify(&plan, &records)).map_err(TissueError::Usage)?;
+        let [low_m, high_m] = self.thickness;
+        let solve = || match low_m < high_m {
+            true => identify_within(&plan, self.thickness, &records),
+            false => identify(&plan, &records),
+        };
+        let mut found = told("solving finite elements of the test", solve).map_err(TissueError::Usage)?;
+        found.slides = slides;
+        found.say_friction(self.nu);
         let folder = self.out.clone().unwrap_or_else(|| "out/identify".into());
         stop::says_what_stays(&folder);
         let folder = OutputFolder::open(&folder)?.made_by(provenance::of(None));
@@ -77,9 +97,15 @@ impl IdentifyArgs {
         let out = folder.publish()?;
         println!("\nwrote {}: summary.json, identified.toml, fit.csv, identified.svg and .png", out.display());
         if self.fit {
-            patch::fit_and_judge(&out.join(scene::name(&found)), self.radius().as_deref(), &out.join("board"), &found, &records)?;
+            patch::fit_and_judge(
+                &out.join(scene::name(&found)),
+                self.radius(&found).as_deref(),
+                &out.join("board"),
+                &found,
+                &records,
+            )?;
         } else {
-            let radius = self.radius().map_or_else(String::new, |radius| format!(" --radius {radius}"));
+            let radius = self.radius(&found).map_or_else(String::new, |radius| format!(" --radius {radius}"));
             println!("next: palpate fit --scene {} --board {}{radius}", out.join(scene::name(&found)).display(), patch::BOARD);
         }
         verdict.last()

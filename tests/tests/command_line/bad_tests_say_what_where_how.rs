@@ -63,7 +63,30 @@ fn a_wrong_option_is_refused_before_anything_is_read() {
     refused(&desk, &with(&["--tip", "sphere:4mm", "--thickness", "10mm"]), &["none.csv", "check the path"]);
     refused(&desk, &with(&["--tip", "sphere:4", "--thickness", "10mm"]), &["--tip 4 m", "such as 4mm"]);
     refused(&desk, &with(&["--tip", "sphere:4mm", "--thickness", "10mm", "--nu", "0.5"]), &["--nu 0.5", "0.49"]);
+    refused(
+        &desk,
+        &with(&["--tip", "sphere:4mm", "--thickness", "20..5mm"]),
+        &["--thickness", "ends before it begins", "5..20mm"],
+    );
     refused(&desk, &with(&["--tip", "sphere:4mm", "--thickness", "10mm", "--block", "5x5mm"]), &["--block", "width of the tip"]);
+}
+
+/// The phantom's hold, in which the tip slides for eight seconds against a known friction.
+#[test]
+fn a_slide_tells_the_friction_of_the_scene() {
+    let desk = Desk::default();
+    let rows = PHANTOM.lines().skip_while(|line| *line != NAMES).skip(1).map(|line| {
+        let [t, _, f]: [f64; 3] = std::array::from_fn(|k| line.split(',').nth(k).unwrap().parse().unwrap());
+        let at_mm = 2.0 * (t - 4.0).clamp(0.0, 8.0);
+        format!("{line},{at_mm:.3},{:.3}\n", if (4.0..12.0).contains(&t) { 0.4 * f } else { 0.0 })
+    });
+    desk.put("slid.csv", rows.fold(format!("{NAMES},slide_mm,lateral_force_mN\n"), |text, row| text + &row));
+    let found =
+        palpate(SCRATCH, desk.folder(), &["identify", "slid.csv", "--tip", "sphere:4mm", "--thickness", "10mm", "--out", "out"]);
+    assert!(found.code == Some(0) && found.stdout.contains("slid 16.0 mm at 2.0 mm/s: friction 0.400"), "{found:?}");
+    assert!(!found.stdout.contains("slide along the surface"), "{found:?}");
+    let scene = std::fs::read_to_string(desk.folder().join("out/identified.toml")).unwrap();
+    assert!(scene.contains("friction = 0.4  # 90 % interval"), "{scene}");
 }
 
 #[test]

@@ -16,9 +16,10 @@ const TERMS: usize = 6;
 /// Square root of the first solved depth over that of the deepest.
 const FIRST: f64 = 0.22;
 /// Size of the elements, divided by the largest contact radius.
-const FINENESS: f64 = 0.14;
-/// Exponents at which forces are solved, evenly spaced in ln(1 + b).
-pub const EXPONENTS: [f64; 5] = [0.0, 1.0, 3.0, 7.0, 15.0];
+const FINENESS: f64 = 0.17;
+/// Exponents at which forces are solved: Chebyshev points in ln(1 + b). Between five even ones the
+/// force was up to 7 % off where a press is half as deep as the slab, between nine 2 %.
+pub const EXPONENTS: [f64; 9] = [0.0, 0.111_294, 0.500_857, 1.353_215, 3.0, 5.799_209, 9.660_577, 13.397_626, 15.0];
 
 /// A ball over the centre of a slab with a fixed bottom.
 #[derive(Clone, Copy, Debug, PartialEq)]

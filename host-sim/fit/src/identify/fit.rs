@@ -21,7 +21,7 @@ const MOST_SHARE: f64 = 0.97;
 /// Largest zero of the force, in deviations of its noise.
 const MOST_ZERO: f64 = 5.0;
 /// Quantile of chi squared with one degree of freedom at 90 %.
-const CHI_90: f64 = 2.706;
+pub const CHI_90: f64 = 2.706;
 /// Difference of the criterion up to which another number of terms is about as likely.
 const RIVAL: f64 = 2.0;
 /// Weight of a held quantity, relative to a standard deviation of it.
@@ -362,6 +362,22 @@ impl<'a> Problem<'a> {
             all.filter(|(n, near, _)| *n == chosen || *near).partition(|(n, ..)| *n == chosen);
         let rivals = rivals.into_iter().map(|(.., fit)| fit).collect();
         Some(Fitted { criteria, rivals, ..taken.into_iter().next()?.2 })
+    }
+
+    /// Sum over the records of their independent points times the logarithm of the mean square of
+    /// what the fit leaves [ln N^2], to compare models of the same rows.
+    #[must_use]
+    pub fn left(&self, fit: &Fitted) -> f64 {
+        let mut out = vec![0.0; self.points()];
+        self.residuals(&fit.p, fit.terms, &mut Vec::new(), &mut Vec::new(), &mut out);
+        let mut rest = &out[..];
+        let of = |(rows, sigma_n): (&usize, &f64)| {
+            let (own, others) = rest.split_at(*rows);
+            rest = others;
+            let n = *rows as f64;
+            n / fit.inflation * (sigma_n.powi(2) * own.iter().map(|r| r * r).sum::<f64>() / n).ln()
+        };
+        self.rows.iter().zip(&self.sigma_n).map(of).sum()
     }
 
     /// Force of a record that a fit takes for zero [N].

@@ -2,9 +2,10 @@
 //! with the measurement that would remove them, and the judgement of rows that were not fitted.
 
 use super::elastic::{Elastic, Setup};
-use super::fit::{Estimate, Fitted, Problem, Quantity, Settings};
+use super::fit::{CHI_90, Estimate, Fitted, Problem, Quantity, Settings};
 use super::model::{Tissue, any_n};
 use super::record::Record;
+use super::slide::Slide;
 
 /// Relative half width of an interval up to which modulus and exponent are told (1), and the half
 /// width of a share.
@@ -15,6 +16,12 @@ const TOLD_SHARE: f64 = 0.05;
 const MODULI_PA: [f64; 2] = [100.0, 10e6];
 /// Largest number of times that first contact is moved.
 const MOST_TRIES: usize = 4;
+/// Number of thicknesses of a range that are tried, and how often the best one's neighbourhood is
+/// halved.
+const THICKNESSES: usize = 4;
+const HALVINGS: usize = 3;
+/// Half width of the interval of a thickness, in its logarithm, up to which it is known (1).
+const TOLD_THICKNESS: f64 = 0.2;
 /// Correlation from which two quantities trade off (1).
 const TRADED: f64 = 0.85;
 
@@ -51,6 +58,12 @@ pub struct Judged {
 /// Result of an identification.
 #[derive(Clone, Debug)]
 pub struct Identified {
+    /// Sides of the slab, the thickness last [m].
+    pub block_m: [f64; 3],
+    /// The 90 % interval of the thickness [m]; without width if the thickness was given.
+    pub thickness_m: [f64; 2],
+    /// Minus twice the logarithm of the likelihood, up to a constant of the data.
+    pub left: f64,
     /// The most likely tissue.
     pub tissue: Tissue,
     /// Its constants with intervals: modulus, relaxed modulus, exponent, then share and time of
@@ -64,6 +77,8 @@ pub struct Identified {
     pub criteria: Vec<(usize, f64)>,
     /// Sentences on what the data cannot say, and the measurement that would.
     pub unsaid: Vec<String>,
+    /// Slides of the tests that have one.
+    pub slides: Vec<Slide>,
     /// Each test.
     pub tests: Vec<Judged>,
     /// Rms error over the peak in the fitted rows [%].
@@ -71,6 +86,20 @@ pub struct Identified {
 }
 
 impl Identified {
+    /// Mean friction of the slides, with the ends of their intervals (1).
+    #[must_use]
+    pub fn friction(&self) -> Option<[f64; 3]> {
+        let mean = |of: fn(&Slide) -> f64| self.slides.iter().map(of).sum::<f64>() / self.slides.len() as f64;
+        let ends = self.slides.iter().map(|slide| slide.interval).reduce(|[a, b], [c, d]| [a.min(c), b.max(d)])?;
+        Some([mean(|slide| slide.friction), ends[0], ends[1]])
+    }
+
+    /// Adds a sentence on what one ball does not see.
+    pub fn say_friction(&mut self, poisson_ratio: f64) {
+        let friction = if self.slides.is_empty() { "friction (slide along the surface), " } else { "" };
+        self.unsaid.push(format!("{friction}layers and another Poisson's ratio than {poisson_ratio} are not seen by one ball"));
+    }
+
     /// The estimate of a quantity.
     #[must_use]
     pub fn of(&self, of: Quantity) -> Option<&Estimate> {
@@ -164,6 +193,9 @@ pub fn identify(plan: &Plan, records: &[Record]) -> Result<Identified, String> {
     };
     let unsaid = unsaid(plan, &records[..kept], &fit, &estimates, &elastic);
     Ok(Identified {
+        block_m: plan.block_m,
+        thickness_m: [plan.block_m[2]; 2],
+        left: problem.left(&fit),
         rms_pct: error(&problem, &fit),
         plain: (plain.tissue(), error(&plain_problem, &plain)),
         exponent_gain: least(&plain) - least(&fit),
@@ -171,8 +203,82 @@ pub fn identify(plan: &Plan, records: &[Record]) -> Result<Identified, String> {
         tissue,
         estimates,
         unsaid,
+        slides: Vec::new(),
         tests,
     })
+}
+
+/// Identifies a tissue together with its thickness, of which only a range [m] is known.
+///
+/// # Errors
+/// As [`identify`]; or only the combination of thickness, modulus and exponent is known.
+pub fn identify_within(plan: &Plan, range_m: [f64; 2], records: &[Record]) -> Result<Identified, String> {
+    let at = |ln: f64| {
+        let [x, y, _] = plan.block_m;
+        identify(&Plan { block_m: [x, y, ln.exp()], ..*plan }, records).map(|found| (ln, found))
+    };
+    let [low, high] = range_m.map(f64::ln);
+    let even = (0..THICKNESSES).map(|n| low + (high - low) * n as f64 / (THICKNESSES - 1) as f64);
+    // a slab that is too thin for the depth has no equilibrium
+    let mut unsolved = String::new();
+    let mut tried: Vec<(f64, Identified)> = even.filter_map(|ln| at(ln).map_err(|why| unsolved = why).ok()).collect();
+    if tried.is_empty() {
+        return Err(unsolved);
+    }
+    for _ in 0..HALVINGS {
+        let (best, count) = (likely(&tried).1, tried.len());
+        if !combined(&tried).is_empty() {
+            break;
+        }
+        for n in [best + 1, best].into_iter().filter(|n| (1..count).contains(n)) {
+            let between = at(tried[n - 1].0.midpoint(tried[n].0))?;
+            tried.insert(n, between);
+        }
+    }
+    let why = combined(&tried);
+    if !why.is_empty() {
+        return Err(format!("{}: {why}", records[0].name));
+    }
+    let ([first, last], best) = likely(&tried);
+    // the end of the interval lies between a likely thickness and its unlikely neighbour
+    let thickness_m = [tried[first.saturating_sub(1)].0, tried[(last + 1).min(tried.len() - 1)].0].map(f64::exp);
+    let of = |of: Quantity| {
+        let all = tried[first..=last].iter().filter_map(|(_, found)| Some(found.of(of)?.interval));
+        all.fold([f64::MAX, f64::MIN], |[a, b], [c, d]| [a.min(c), b.max(d)])
+    };
+    let wider = [Quantity::Modulus, Quantity::Exponent].map(|quantity| (quantity, of(quantity)));
+    let mut found = tried.swap_remove(best).1;
+    found.thickness_m = thickness_m;
+    for (quantity, interval) in wider {
+        found.estimates.iter_mut().filter(|e| e.of == quantity).for_each(|e| e.interval = interval);
+    }
+    let [low_mm, high_mm] = thickness_m.map(|m| m * 1e3);
+    found
+        .unsaid
+        .insert(0, format!("the thickness is fitted, between {low_mm:.2} and {high_mm:.2} mm; state it with --thickness"));
+    Ok(found)
+}
+
+/// First and last of the thicknesses that are likely at 90 %, and the most likely one.
+fn likely(tried: &[(f64, Identified)]) -> ([usize; 2], usize) {
+    let best = (0..tried.len()).min_by(|a, b| tried[*a].1.left.total_cmp(&tried[*b].1.left)).unwrap_or(0);
+    let near = |n: &usize| tried[*n].1.left < tried[best].1.left + CHI_90;
+    ([(0..tried.len()).find(near).unwrap_or(best), (0..tried.len()).rev().find(near).unwrap_or(best)], best)
+}
+
+/// Sentence on thicknesses that are too different to be called known; empty if there is none.
+fn combined(tried: &[(f64, Identified)]) -> String {
+    let ([first, last], _) = likely(tried);
+    if tried[last].0 - tried[first].0 <= 2.0 * TOLD_THICKNESS {
+        return String::new();
+    }
+    let [from, to] = [first, last].map(|n| {
+        let (ln, Identified { tissue, .. }) = &tried[n];
+        format!("{:.1} mm with {:.2} kPa and b = {:.2}", ln.exp() * 1e3, tissue.youngs_modulus_pa * 1e-3, tissue.stiffening_b)
+    });
+    format!(
+        "only the combination of thickness, modulus and exponent is known, from {from} to {to}: measure the thickness and state it with --thickness, or press deeper"
+    )
 }
 
 /// Elastic curves to the depth that the records may reach.
@@ -274,6 +380,5 @@ fn unsaid(plan: &Plan, records: &[Record], fit: &Fitted, estimates: &[Estimate],
             "the zero of the force is taken on trust, as no row is before contact; start recording 1 mm above the surface".into(),
         );
     }
-    said.push(format!("friction, layers and another Poisson's ratio than {} are not seen by one ball", plan.poisson_ratio));
     said
 }

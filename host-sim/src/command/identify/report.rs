@@ -74,6 +74,16 @@ pub(super) fn print(args: &IdentifyArgs, found: &Identified, records: &[Record],
             println!("  lift-off at {:.2} mm, predicted at {:.2} mm", measured * 1e3, ours * 1e3);
         }
     }
+    for slide in &found.slides {
+        let [low, high] = slide.interval;
+        println!(
+            "slid {:.1} mm at {:.1} mm/s: friction {:.3}, 90 % interval {low:.3} to {high:.3}; from row to row it changes by {:.0} %",
+            slide.travel_m * 1e3,
+            slide.speed_m_per_s * 1e3,
+            slide.friction,
+            100.0 * slide.pulsing
+        );
+    }
     notes.iter().for_each(|note| println!("note: {note}"));
     if args.block.is_none() {
         println!("note: the tissue is taken to be wide (give --block if its sides are within two thicknesses of the tip)");
@@ -118,6 +128,9 @@ pub(super) fn figure(found: &Identified, records: &[Record]) -> Figure {
 
 #[derive(Serialize)]
 struct Summary {
+    thickness_m: f64,
+    thickness_interval_m: [f64; 2],
+    friction: Option<[f64; 3]>,
     estimates: Vec<Value>,
     unsaid: Vec<String>,
     terms: usize,
@@ -152,6 +165,9 @@ pub(super) fn summary(found: &Identified, records: &[Record]) -> impl Serialize 
     let value =
         |e: &Estimate| Value { name: words(e.of).3, value: e.value, low: e.interval[0], high: e.interval[1], told: e.told() };
     Summary {
+        thickness_m: found.block_m[2],
+        thickness_interval_m: found.thickness_m,
+        friction: found.friction(),
         estimates: found.estimates.iter().map(value).collect(),
         unsaid: found.unsaid.clone(),
         terms: found.tissue.terms.len(),

@@ -43,7 +43,8 @@ fn text(args: &IdentifyArgs, found: &Identified, records: &[Record], tissue: &Ti
             format!("90 % interval {} to {} {unit}", digits(e.interval[0] * per), digits(e.interval[1] * per))
         })
     };
-    let [x, y, z] = args.block_m();
+    let [x, y, z] = found.block_m;
+    let thickness = if found.thickness_m[0] < found.thickness_m[1] { "fitted" } else { "given" };
     let span_m = found.tests.iter().map(|test| test.depth_m).fold(0.0, f64::max);
     // `fit` presses no deeper than half the thickness
     let deepest_m = span_m.min(0.495 * z);
@@ -65,7 +66,7 @@ fn text(args: &IdentifyArgs, found: &Identified, records: &[Record], tissue: &Ti
         digits(x),
         digits(y),
         digits(z),
-        if args.block.is_some() { "  # given" } else { "  # thickness given, sides assumed to be wide" },
+        format_args!("  # thickness {thickness}, sides {}", if args.block.is_some() { "given" } else { "assumed to be wide" }),
         digits(tissue.youngs_modulus_pa),
         args.nu,
     );
@@ -87,9 +88,12 @@ fn text(args: &IdentifyArgs, found: &Identified, records: &[Record], tissue: &Ti
     }
     let speed = records.iter().map(Record::speed_m_per_s).fold(f64::MAX, f64::min);
     let hold_s = records.iter().map(Record::hold_s).fold(0.0, f64::max).clamp(0.3, 10.0);
+    let friction = found.friction().map_or_else(String::new, |[value, low, high]| {
+        format!("friction = {}  # 90 % interval {} to {} (1)\n", digits(value), digits(low), digits(high))
+    });
     let _infallible = write!(
         text,
-        "[probe]\nshape = \"hemisphere\"\nradius_m = {}  # given\nposition_m = [0.0, 0.0]\n[drive]  # as in the test\nkind = \"depth\"\n\
+        "[probe]\nshape = \"hemisphere\"\nradius_m = {}  # given\nposition_m = [0.0, 0.0]\n{friction}[drive]  # as in the test\nkind = \"depth\"\n\
          holds_m = [{}]\nramp_m_per_s = {}\nhold_s = {}\n",
         digits(args.tip),
         digits(deepest_m),

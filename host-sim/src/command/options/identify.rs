@@ -17,9 +17,10 @@ pub struct IdentifyArgs {
     /// Tip of the indenter: sphere:RADIUS, such as sphere:4mm.
     #[arg(long, value_name = "SHAPE:RADIUS", value_parser = tip)]
     pub tip: f64,
-    /// Thickness of the tissue on its support, such as 10mm.
-    #[arg(long, value_name = "LENGTH", value_parser = metres)]
-    pub thickness: f64,
+    /// Thickness of the tissue on its support, such as 10mm; or a range such as 5..20mm, in which it
+    /// is fitted.
+    #[arg(long, value_name = "LENGTH", value_parser = thickness)]
+    pub thickness: [f64; 2],
     /// Sides of the tissue, such as 50x50mm [default: wide enough not to matter].
     #[arg(long, value_name = "SIDExSIDE", value_parser = sides)]
     pub block: Option<[f64; 2]>,
@@ -43,6 +44,15 @@ fn tip(text: &str) -> Result<f64, String> {
     metres(radius.ok_or_else(|| format!("\"{text}\" is no tip: give sphere:RADIUS, such as sphere:4mm"))?)
 }
 
+/// Ends of a range [m]; equal for a length.
+fn thickness(text: &str) -> Result<[f64; 2], String> {
+    let Some((low, high)) = text.split_once("..") else { return Ok([metres(text)?; 2]) };
+    let unit = high.trim_start_matches(|c: char| c.is_ascii_digit() || c == '.');
+    // an end without a unit has that of the other
+    let low = if low.ends_with(|c: char| c.is_ascii_digit()) { metres(&format!("{low}{unit}")) } else { metres(low) };
+    Ok([low?, metres(high)?])
+}
+
 fn sides(text: &str) -> Result<[f64; 2], String> {
     let why = || format!("\"{text}\" are no two sides: give them like 50x50mm");
     let (x, y) = text.split_once('x').ok_or_else(why)?;
@@ -60,10 +70,14 @@ impl IdentifyArgs {
     /// A length or the ratio is out of its range.
     pub fn check(&self) -> Result<(), Error> {
         let refuse = |why: String| Err(TissueError::Usage(why).into());
-        for (option, length_m) in [("--tip", self.tip), ("--thickness", self.thickness)] {
+        let [low, high] = self.thickness;
+        for (option, length_m) in [("--tip", self.tip), ("--thickness", low), ("--thickness", high)] {
             if !(1e-4..=0.5).contains(&length_m) {
                 return refuse(format!("{option} {length_m} m: give 0.1 mm to 500 mm, with the unit, such as 4mm"));
             }
+        }
+        if low > high {
+            return refuse("--thickness: the range ends before it begins: give it like 5..20mm".into());
         }
         if let Some(side_m) = self.block.into_iter().flatten().find(|side_m| !(2.0 * self.tip..=1.0).contains(side_m)) {
             return refuse(format!("--block: a side of {side_m} m: give at least the width of the tip, at most 1 m"));

@@ -29,6 +29,26 @@ const WORDS: [(&str, &[&str]); 4] = [
     ("test", &["test", "specimen", "run", "versuch", "probe", "essai", "ensayo", "prueba"]),
 ];
 
+/// Words that make a length or a force one along the surface.
+const ALONG: [&str; 16] = [
+    "lateral",
+    "tangential",
+    "shear",
+    "friction",
+    "slide",
+    "sliding",
+    "quer",
+    "querweg",
+    "querkraft",
+    "reibkraft",
+    "tangentialkraft",
+    "tangentielle",
+    "frottement",
+    "glissement",
+    "tangencial",
+    "rozamiento",
+];
+
 /// Units of time, length and force, with their size in SI. Case matters: mN is not MN.
 const UNITS: [(&str, &str, f64); 20] = [
     ("time", "s", 1.0),
@@ -58,7 +78,11 @@ const UNITS: [(&str, &str, f64); 20] = [
 pub fn known() -> String {
     let of = |(quantity, words): &(&str, &[&str])| format!("{quantity} ({})", words.join(", "));
     let units: Vec<&str> = UNITS.iter().map(|(_, unit, _)| *unit).collect();
-    format!("{}, with a unit of {}, such as depth_mm or Kraft [mN]", WORDS.each_ref().map(of).join("; "), units.join(", "))
+    format!(
+        "{}, with a unit of {}, such as depth_mm or Kraft [mN]; along the surface slide_mm and lateral_force_mN",
+        WORDS.each_ref().map(of).join("; "),
+        units.join(", ")
+    )
 }
 
 /// A table of one or several tests.
@@ -66,6 +90,8 @@ pub fn known() -> String {
 pub struct Table {
     /// Rows of time [s], depth [m] and force [N] of each test, with the test's name.
     pub tests: Vec<(String, Vec<[f64; 3]>)>,
+    /// Positions [m] and forces [N] along the surface in the rows of each test; empty without both.
+    pub along: Vec<Vec<[f64; 2]>>,
     /// Notes on how the table was read.
     pub notes: Vec<String>,
 }
@@ -86,6 +112,13 @@ fn plain(text: &str) -> String {
 fn heading(text: &str) -> (Option<&'static str>, Option<(&'static str, f64)>) {
     let text = plain(text);
     let words: Vec<&str> = text.split(|c: char| !c.is_alphanumeric() && c != 'µ' && c != 'μ').filter(|w| !w.is_empty()).collect();
+    let of_unit = |word: &&str| UNITS.iter().find(|(_, unit, _)| unit == word);
+    if words.iter().any(|word| ALONG.contains(&word.to_lowercase().as_str()))
+        && let Some((of, _, si)) = words.iter().rev().find_map(of_unit).filter(|(of, ..)| *of != "time")
+    {
+        let along = if *of == "depth" { "slide" } else { "friction" };
+        return (Some(along), Some((along, *si)));
+    }
     let quantity = words.iter().enumerate().find_map(|(n, word)| {
         let word = word.to_lowercase();
         // a lone t is the time, and in "Kraft t" it is not
@@ -123,7 +156,7 @@ impl Table {
             ))
         })?;
         let names: Vec<&str> = header.split(mark).map(|cell| cell.trim().trim_matches('"')).collect();
-        let mut found: [Option<(usize, f64)>; 4] = [None; 4];
+        let mut found: [Option<(usize, f64)>; 6] = [None; 6];
         // some machines write the units in a row of their own
         let below: Option<Vec<&str>> =
             lines().nth(1).map(|(_, line)| line.split(mark).map(|c| c.trim().trim_matches('"')).collect());
@@ -141,7 +174,8 @@ impl Table {
                     )));
                 }
             };
-            let slot = &mut found[WORDS.iter().position(|(of, _)| *of == quantity).unwrap_or(0)];
+            let named = WORDS.iter().map(|(of, _)| *of).chain(["slide", "friction"]);
+            let slot = &mut found[named.into_iter().position(|of| of == quantity).unwrap_or(0)];
             if slot.is_some() && quantity != "test" {
                 return Err(bad(format!(
                     "two columns of {quantity}, the second is \"{text}\": rename the one that is not meant"
@@ -149,7 +183,7 @@ impl Table {
             }
             *slot = Some((n, si));
         }
-        let [time, depth, force, test] = found;
+        let [time, depth, force, test, slide, friction] = found;
         let missing: Vec<&str> = WORDS.iter().zip(&found).take(3).filter(|(_, f)| f.is_none()).map(|((of, _), _)| *of).collect();
         let (Some(time), Some(depth), Some(force)) = (time, depth, force) else {
             return Err(bad(format!(
@@ -159,7 +193,11 @@ impl Table {
                 known()
             )));
         };
-        let mut table = Self { tests: Vec::new(), notes: Vec::new() };
+        let along = slide.zip(friction);
+        let mut table = Self { tests: Vec::new(), along: Vec::new(), notes: Vec::new() };
+        if let (Some((k, _)), None) = (slide.or(friction), along) {
+            table.notes.push(format!("{name}: \"{}\" is left out: friction needs slide_mm and lateral_force_mN", names[k]));
+        }
         let rows = || lines().skip(1 + usize::from(below.is_some()));
         let comma = mark != ',' && rows().any(|(_, line)| line.contains(','));
         if comma {
@@ -183,12 +221,16 @@ impl Table {
                 Ok::<f64, String>(value * si)
             };
             let row = [cell(time)?, cell(depth)?, cell(force)?];
+            let aside = along.map(|(slide, friction)| Ok::<_, String>([cell(slide)?, cell(friction)?])).transpose()?;
             let of = test.map_or("", |(k, _)| cells.get(k).map_or("", |cell| cell.trim()));
             let of = if of.is_empty() { name.to_owned() } else { format!("{name}, test {of}") };
-            match table.tests.iter_mut().find(|(test, _)| *test == of) {
-                Some((_, rows)) => rows.push(row),
-                None => table.tests.push((of, vec![row])),
-            }
+            let n = table.tests.iter().position(|(test, _)| *test == of).unwrap_or_else(|| {
+                table.tests.push((of, Vec::new()));
+                table.along.push(Vec::new());
+                table.tests.len() - 1
+            });
+            table.tests[n].1.push(row);
+            table.along[n].extend(aside);
         }
         if table.tests.is_empty() {
             return Err(bad("no rows under the names: record a test first".into()));
