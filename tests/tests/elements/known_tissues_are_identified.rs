@@ -76,7 +76,7 @@ fn between_the_solved_exponents_the_force_is_that_of_elements() {
         for share in [0.2, 0.5, 1.0] {
             let off = between.at(b).force_m2(share * deepest_m) / solved.force_m2(share * deepest_m) - 1.0;
             println!("b = {b}, {share} of the depth: {:+.2} %", 100.0 * off);
-            assert!(off.abs() < 0.005, "b = {b}, {share} of the depth: {off}");
+            assert!(off.abs() < 0.01, "b = {b}, {share} of the depth: {off}");
         }
     }
 }
