@@ -132,8 +132,10 @@ impl Liver {
         let steps_s: Vec<f64> = (0..depth_m.len()).map(|n| n as f64).collect();
         let settings = Settings { terms: 0..1, stiffens, ..Settings::default() };
         let within = |contact_m: [f64; 2]| {
-            let record = [Record::of_points(steps_s.clone(), depth_m.clone(), force_n.clone(), contact_m)];
-            let found = Problem::new(elastic, &record, vec![depth_m.len()], settings.clone()).solve()?;
+            let mut record = Record::of_points(steps_s.clone(), depth_m.clone(), force_n.clone(), contact_m);
+            // where the fit begins
+            record.contact_m = f64::midpoint(contact_m[0], contact_m[1]);
+            let found = Problem::new(elastic, &[record], vec![depth_m.len()], settings.clone()).solve()?;
             let Tissue { youngs_modulus_pa, stiffening_b, .. } = found.tissue();
             Some(Found { youngs_modulus_pa, stiffening_b, offset_m: -found.contact_m(0) })
         };
