@@ -141,3 +141,58 @@ impl Curve {
         self.scale * depth_m.powf(self.power) * ln.exp()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::fit::{Fitted, Problem, Settings};
+    use super::super::model::{Tissue, any_n};
+    use super::super::record::Record;
+    use super::*;
+
+    fn fitted(elastic: &Elastic, record: Record, settings: Settings) -> Fitted {
+        let rows = vec![record.time_s.len()];
+        Problem::new(elastic, &[record], rows, settings).solve().unwrap()
+    }
+
+    /// The record has the force at the end of the loading and at five times of the hold only.
+    #[test]
+    fn a_hold_with_known_motion_gives_its_terms_again() {
+        let deepest_m = 4e-3;
+        let hertz_m2 = depths_m(deepest_m).map(|d| 0.1 * d.powf(1.5)).to_vec();
+        let elastic = Elastic::of(deepest_m, 0.1, 1.5, &[(0.0, hertz_m2)]).unwrap();
+        let made = Tissue { youngs_modulus_pa: 20e3, stiffening_b: 0.0, terms: vec![(0.3, 0.35), (0.25, 5.0)] };
+        let time_s: Vec<f64> = (0..=675).map(|n| 0.02 * f64::from(n)).collect();
+        let depth_m: Vec<f64> = time_s.iter().map(|t| deepest_m * (t / 4.0).min(1.0)).collect();
+        let mut force_n = any_n(&made, &elastic.at(0.0), &time_s, &depth_m);
+        let known = [200, 225, 250, 300, 450, 675];
+        (0..force_n.len()).filter(|n| !known.contains(n)).for_each(|n| force_n[n] = f64::NAN);
+        let record = Record::of_points(time_s, depth_m, force_n, [0.0; 2]);
+        let settings = Settings { terms: 2..3, stiffens: false, contact: false, times_s: Some([0.1, 30.0]) };
+        let found = fitted(&elastic, record, settings).tissue();
+        assert!((found.youngs_modulus_pa / 20e3 - 1.0).abs() < 0.05, "{found:?}");
+        for ((share, time_s), (made_share, made_s)) in found.terms.iter().zip(&made.terms) {
+            assert!((share / made_share - 1.0).abs() < 0.1 && (time_s / made_s - 1.0).abs() < 0.15, "{found:?}");
+        }
+    }
+
+    /// Lin et al. 2009: force under a ball of radius 4 mm, divided by E [m^2].
+    fn lin_m2(b: f64, depth_m: f64) -> f64 {
+        let a_m = (4e-3 * depth_m).sqrt();
+        let l = 1.0 - 0.2 * a_m / 4e-3;
+        80.0 / 27.0 * a_m * a_m * (l.powi(-2) - l) * (b * (l * l + 2.0 / l - 3.0)).exp()
+    }
+
+    #[test]
+    fn a_press_by_a_table_gives_exponent_and_contact_again() {
+        let deepest_m = 5e-3;
+        let table = [0.0, 3.0, 8.0, 16.0, 30.0].map(|b| (b, depths_m(deepest_m).map(|d| lin_m2(b, d)).to_vec()));
+        let elastic = Elastic::of(deepest_m, 16.0 / 9.0 * 4e-3_f64.sqrt(), 1.5, &table).unwrap();
+        let depth_m: Vec<f64> = (1..=5).map(|n| 6e-4 * f64::from(n)).collect();
+        let force_n = depth_m.iter().map(|d| 3.5e3 * lin_m2(18.0, d + 0.75e-3)).collect();
+        let record = Record::of_points((0..5).map(f64::from).collect(), depth_m, force_n, [-1.5e-3, 0.0]);
+        let found = fitted(&elastic, record, Settings { terms: 0..1, ..Settings::default() });
+        let tissue = found.tissue();
+        assert!((tissue.stiffening_b - 18.0).abs() < 0.6 && (found.contact_m(0) + 0.75e-3).abs() < 6e-5, "{found:?}");
+        assert!((tissue.youngs_modulus_pa / 3.5e3 - 1.0).abs() < 0.1, "{found:?}");
+    }
+}
