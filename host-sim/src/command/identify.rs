@@ -70,10 +70,10 @@ impl IdentifyArgs {
         let found = told("solving finite elements of the test", || identify(&plan, &records)).map_err(TissueError::Usage)?;
         let folder = self.out.clone().unwrap_or_else(|| "out/identify".into());
         stop::says_what_stays(&folder);
+        let out = self.write(&folder, &found, &records, &[])?;
         let headline = report::headline(&found);
         let verdict = Verdict::ok(headline.clone()).warning_if(!found.unsaid.is_empty()).first();
         report::print(self, &found, &records, &notes);
-        let out = self.write(&folder, &found, &records, &[])?;
         println!("\nwrote {}: summary.json, identified.toml, fit.csv, identified.svg and .png", out.display());
         let radius = self.radius();
         if !self.fit {
