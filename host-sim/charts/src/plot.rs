@@ -308,12 +308,17 @@ impl Picture for Panels<'_> {
     fn draw<DB: DrawingBackend>(&self, area: &Area<DB>) -> Drawn<DB> {
         title(area, self.title[0], self.title[1])?;
         let plots = area.dim_in_pixel().1.cast_signed() - px(TITLE_HEIGHT_PX + LABELS_PX);
+        // every plot leaves room for the widest legend, so that all are equally wide
+        let mut taken = 0;
+        for drawing in &self.drawings {
+            taken = taken.max(key_column::room(area, &drawing.entries())?);
+        }
         let (mut rest, mut top_px) = (area.clone(), TITLE_HEIGHT_PX);
         for (n, drawing) in self.drawings.iter().enumerate() {
             let last = n + 1 == self.drawings.len();
             let height = px(top_px) + plots / self.drawings.len() as i32;
             let (panel, below) = if last { (rest.clone(), rest) } else { rest.split_vertically(height) };
-            drawing.draw(&panel, top_px, if last { LABELS_PX } else { 0.0 })?;
+            drawing.draw(&panel, taken, top_px, if last { LABELS_PX } else { 0.0 })?;
             (rest, top_px) = (below, BETWEEN_PX);
         }
         Ok(())
@@ -321,7 +326,8 @@ impl Picture for Panels<'_> {
 }
 
 impl Drawing<'_> {
-    fn draw<DB: DrawingBackend>(&self, area: &Area<DB>, top_px: f64, labels_px: f64) -> Drawn<DB> {
+    /// Entries of the legend.
+    fn entries(&self) -> Vec<(Sign, &str)> {
         let plot = self.plot;
         let drawn = |name: &&str| plot.series.iter().find(|s| s.name == *name && !s.dots.is_empty());
         let sign = |s: &Series| Sign::Line { look: self.look(&s.name), joined: s.joined, marked: s.marked };
@@ -330,7 +336,11 @@ impl Drawing<'_> {
         if !plot.front.is_empty() {
             entries.push((Sign::Wire(FRONT), "unbeaten in both"));
         }
-        let taken = key_column::room(area, &entries)?;
+        entries
+    }
+
+    fn draw<DB: DrawingBackend>(&self, area: &Area<DB>, taken: i32, top_px: f64, labels_px: f64) -> Drawn<DB> {
+        let plot = self.plot;
         let mut chart = builder(area)
             .margin_top(px(top_px))
             .margin_right(taken)
@@ -400,7 +410,7 @@ impl Drawing<'_> {
                 area.draw_text(&dot.label, &text(TICK_PX, MUTED, anchor), corner)?;
             }
         }
-        key_column::draw(area, &entries, taken, px(top_px))
+        key_column::draw(area, &self.entries(), taken, px(top_px))
     }
 }
 

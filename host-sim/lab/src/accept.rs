@@ -10,10 +10,8 @@ mod beef;
 mod bench;
 mod drag;
 mod liver;
-mod prony_fit;
 mod retreat;
 mod silicone;
-mod stiffening_fit;
 mod uniform;
 
 use std::borrow::Cow;
@@ -23,7 +21,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::Error;
 use crate::study::{Table, number};
-pub use prony_fit::{PronyFit, fit as fit_prony};
 
 /// One figure of a row.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

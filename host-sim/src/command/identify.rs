@@ -4,7 +4,7 @@ mod patch;
 mod report;
 mod scene;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use palpate_fit::identify::record::{Record, Table};
 use palpate_fit::identify::slide::Slide;
@@ -12,6 +12,7 @@ use palpate_fit::identify::study::{Identified, Plan, identify, identify_within};
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::output::OutputFolder;
 
+use self::patch::Beside;
 use super::options::identify::IdentifyArgs;
 use super::progress::told;
 use super::stop;
@@ -32,8 +33,7 @@ fn read(path: &Path, thickness_m: f64, ball_m: f64) -> Result<Tests, Error> {
     let mut files = vec![path.to_owned()];
     if path.is_dir() {
         let entries = std::fs::read_dir(path).map_err(|source| unreadable(path, source))?;
-        let table =
-            |path: &std::path::PathBuf| path.extension().is_some_and(|e| ["csv", "tsv", "txt"].iter().any(|known| e == *known));
+        let table = |path: &PathBuf| path.extension().is_some_and(|e| ["csv", "tsv", "txt"].iter().any(|known| e == *known));
         files = entries.flatten().map(|entry| entry.path()).filter(table).collect();
         files.sort();
         if files.is_empty() {
@@ -90,28 +90,34 @@ impl IdentifyArgs {
         found.say_friction(self.nu);
         let folder = self.out.clone().unwrap_or_else(|| "out/identify".into());
         stop::says_what_stays(&folder);
-        let folder = OutputFolder::open(&folder)?.made_by(provenance::of(None));
-        self.write(&folder, &found, &records)?;
-        let verdict = Verdict::ok(report::headline(&found)).warning_if(!found.unsaid.is_empty()).first();
+        let out = self.write(&folder, &found, &records, &[])?;
+        let headline = report::headline(&found);
+        let verdict = Verdict::ok(headline.clone()).warning_if(!found.unsaid.is_empty()).first();
         report::print(self, &found, &records, &notes);
-        let out = folder.publish()?;
         println!("\nwrote {}: summary.json, identified.toml, fit.csv, identified.svg and .png", out.display());
-        if self.fit {
-            patch::fit_and_judge(
-                &out.join(scene::name(&found)),
-                self.radius(&found).as_deref(),
-                &out.join("board"),
-                &found,
-                &records,
-            )?;
-        } else {
-            let radius = self.radius(&found).map_or_else(String::new, |radius| format!(" --radius {radius}"));
+        let radius = self.radius(&found);
+        if !self.fit {
+            let radius = radius.map_or_else(String::new, |radius| format!(" --radius {radius}"));
             println!("next: palpate fit --scene {} --board {}{radius}", out.join(scene::name(&found)).display(), patch::BOARD);
+            return verdict.last();
         }
-        verdict.last()
+        let scene = out.join(scene::name(&found));
+        let (beside, unpromised) = patch::fit_and_judge(&scene, radius.as_deref(), &out.join("board"), &found, &records)?;
+        stop::says_what_stays(&folder);
+        self.write(&folder, &found, &records, &beside)?;
+        println!("\nwrote the force of the patch into {}: summary.json, identified.svg and .png", out.display());
+        match unpromised {
+            Some(why) => {
+                Verdict::of(Err::<(), _>(TissueError::Check(format!("{headline}; the patch: {why}"))), String::new)?.last()
+            }
+            None => verdict.last(),
+        }
     }
 
-    fn write(&self, folder: &OutputFolder, found: &Identified, records: &[Record]) -> Result<(), Error> {
+    /// Writes the result into a folder, with the force of a patch if there is one; an earlier result
+    /// is replaced. Returns the folder's path.
+    fn write(&self, folder: &Path, found: &Identified, records: &[Record], beside: &[Beside]) -> Result<PathBuf, Error> {
+        let folder = OutputFolder::open(folder)?.made_by(provenance::of(None));
         for (name, text) in scene::texts(self, found, records) {
             folder.write(name, text.as_bytes())?;
         }
@@ -122,7 +128,8 @@ impl IdentifyArgs {
             })
         });
         folder.write_csv("fit.csv", ["test", "time_s", "depth_m", "force_n", "model_n"], rows)?;
-        report::figure(found, records).draw(folder.draft())?;
-        Ok(folder.write_summary(&report::summary(found, records))?)
+        report::figure(found, records, beside).draw(folder.draft())?;
+        folder.write_summary(&report::summary(found, records, beside))?;
+        Ok(folder.publish()?)
     }
 }

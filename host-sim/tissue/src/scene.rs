@@ -151,7 +151,7 @@ pub struct TissueScene {
     ///
     /// * range: 0 to 100
     /// * default: 0
-    /// * source: 0 to 0.23 for silicone (`accept` T3), 8.5 and 6.5 for pig liver of an assumed
+    /// * source: 0 to 0.22 for silicone (`accept` T3), 7.9 and 5.9 for pig liver of an assumed
     ///   thickness (T2)
     #[serde(default)]
     pub stiffening_b: f64,

@@ -432,12 +432,13 @@ impl<'a> Problem<'a> {
                     ends.1 = (to - at).abs();
                 }
                 if (rise / wanted - 1.0).abs() < 0.05 {
-                    break;
+                    return to;
                 }
                 let aim = step * (wanted / rise.max(0.05 * wanted)).sqrt();
                 step = if ends.1 < f64::MAX { aim.clamp(0.9 * ends.0 + 0.1 * ends.1, 0.1 * ends.0 + 0.9 * ends.1) } else { aim };
             }
-            at + sign * if ends.0 > 0.0 { ends.0 } else { step }
+            // the outer end of what is left
+            at + sign * if ends.1 < f64::MAX { ends.1 } else { step }
         };
         let outer = |x: f64| match of {
             Quantity::Modulus | Quantity::Relaxed | Quantity::Time(_) => x.exp(),

@@ -3,6 +3,10 @@
 //! ten depths.
 
 use palpate::Params;
+use palpate_fit::identify::elastic::{Elastic, depths_m};
+use palpate_fit::identify::fit::{Problem, Settings};
+use palpate_fit::identify::model::Tissue;
+use palpate_fit::identify::record::Record;
 use palpate_fit::statics::{Solver, Statics, Vector};
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::press;
@@ -10,7 +14,6 @@ use palpate_tissue::scene::Scene;
 use palpate_tissue::session::Session;
 use serde::Deserialize;
 
-use super::stiffening_fit::{Curves, StiffeningFit, Tried, fit};
 use super::{Curve, Figure, Outcome, Picture, Row};
 use crate::Error;
 
@@ -28,18 +31,16 @@ const MOST_OFF: f64 = 0.25;
 /// gives the curvature of region 1.
 const THICKNESS_M: f64 = 0.01;
 const SIDE_M: f64 = 0.04;
-/// Stiffening exponents at which the force is computed, and the range and number of those tried by
-/// interpolation (1).
+/// Stiffening exponents at which the force is computed (1), and the deepest depth [m].
 const EXPONENTS: [f64; 5] = [0.0, 2.5, 5.0, 7.5, 10.0];
-const TRIED_B: (f64, f64, usize) = (0.0, 10.0, 200);
-/// Spacing [m] and number of the depths at which the force is computed.
-const STEP_M: f64 = 2.5e-4;
-const DEPTHS: usize = 17;
-/// Range [m] and number of the offsets of first contact that are tried, since the ball may have
-/// touched before contact was declared. The fit without the term may also place first contact
-/// later, so that its misfit is not due to the range of the offsets.
-const OFFSETS_M: (f64, f64, usize) = (0.0, 1.25e-3, 125);
-const ANY_OFFSET_M: (f64, f64, usize) = (-1.5e-3, 1.25e-3, 275);
+const DEEPEST_M: f64 = 4.25e-3;
+/// Range of the depth of first contact [m], since the ball may have touched before contact was
+/// declared. The fit without the term may also place first contact later, so that its misfit is not
+/// due to this range.
+const CONTACT_M: [f64; 2] = [-1.25e-3, 0.0];
+const ANY_CONTACT_M: [f64; 2] = [-1.25e-3, 1.5e-3];
+/// Number of bisections of the depth of first contact.
+const HALVINGS: usize = 12;
 
 #[derive(Deserialize)]
 struct Liver {
@@ -54,6 +55,13 @@ struct Region {
     sites: usize,
     force_n: Vec<f64>,
     last_exponent: f64,
+}
+
+/// Identified modulus [Pa], exponent (1) and depth added to each recorded depth [m].
+struct Found {
+    youngs_modulus_pa: f64,
+    stiffening_b: f64,
+    offset_m: f64,
 }
 
 /// Every second value, the deepest included.
@@ -87,8 +95,7 @@ impl Liver {
         let solver = Solver::of(&statics).ok_or_else(|| failed("the mesh is too large".into()))?;
         let site_m: Vector = session.patch.site_m().cast();
         let mut here = solver.rest(&statics, site_m, 1e-6).map_err(|e| failed(e.to_string()))?;
-        let depths = (1..=DEPTHS).map(|n| STEP_M * n as f64);
-        let force = depths.map(|depth_m| {
+        let force = depths_m(DEEPEST_M).into_iter().map(|depth_m| {
             let tip_m = site_m - statics.axis() * depth_m;
             here = solver.press(&statics, &here, tip_m, depth_m).map_err(|e| failed(e.to_string()))?;
             Ok(here.force)
@@ -96,15 +103,17 @@ impl Liver {
         force.collect()
     }
 
-    fn curves(&self) -> Result<Curves, Error> {
-        let session = Session::prepare(&self.scene(5e3, 0.0, &[STEP_M * DEPTHS as f64])?)?;
-        let curves = EXPONENTS.map(|b| self.forces(&session, b).map(|force| (b, force)));
-        let curves = curves.into_iter().collect::<Result<Vec<_>, Error>>()?;
-        Ok(Curves::new(STEP_M, &curves).ok_or_else(|| TissueError::Check("liver: a force is not positive".into()))?)
+    fn elastic(&self) -> Result<Elastic, Error> {
+        let session = Session::prepare(&self.scene(5e3, 0.0, &[DEEPEST_M])?)?;
+        let solved = EXPONENTS.map(|b| self.forces(&session, b).map(|force| (b, force)));
+        let solved = solved.into_iter().collect::<Result<Vec<_>, Error>>()?;
+        let scale = solved[0].1[0] / depths_m(DEEPEST_M)[0].powf(1.5);
+        let elastic = Elastic::of(DEEPEST_M, scale, 1.5, &solved);
+        Ok(elastic.ok_or_else(|| TissueError::Check("liver: a force is not positive".into()))?)
     }
 
     /// Force of the running patch at the end of a hold at each depth [N]; zero above the surface.
-    fn press(&self, found: &StiffeningFit) -> Result<Vec<f64>, Error> {
+    fn press(&self, found: &Found) -> Result<Vec<f64>, Error> {
         let depth_m: Vec<f64> = self.depth_m.iter().map(|d| d + found.offset_m).collect();
         let holds_m: Vec<f64> = depth_m.iter().copied().filter(|d| *d > 0.0).collect();
         let scene = self.scene(found.youngs_modulus_pa, found.stiffening_b, &holds_m)?;
@@ -117,11 +126,35 @@ impl Liver {
         Ok(above.chain(run.holds.iter().map(|hold| hold.force_n)).collect())
     }
 
-    fn fit(&self, curves: &Curves, tried: Tried, region: &Region) -> Option<StiffeningFit> {
+    fn identify(&self, elastic: &Elastic, region: &Region, contact_m: [f64; 2], stiffens: bool) -> Option<Found> {
+        let (depth_m, force_n) = (to_fit(&self.depth_m), to_fit(&region.force_n));
+        // the steps are quasi-static
+        let steps_s: Vec<f64> = (0..depth_m.len()).map(|n| n as f64).collect();
+        let settings = Settings { terms: 0..1, stiffens, ..Settings::default() };
+        let within = |contact_m: [f64; 2]| {
+            let mut record = Record::of_points(steps_s.clone(), depth_m.clone(), force_n.clone(), contact_m);
+            // where the fit begins
+            record.contact_m = f64::midpoint(contact_m[0], contact_m[1]);
+            let found = Problem::new(elastic, &[record], vec![depth_m.len()], settings.clone()).solve()?;
+            let Tissue { youngs_modulus_pa, stiffening_b, .. } = found.tissue();
+            Some(Found { youngs_modulus_pa, stiffening_b, offset_m: -found.contact_m(0) })
+        };
+        let mut found = within(contact_m)?;
         // contact was declared at the first depth at the latest, so under no more than the force
         // there
-        let most_at_contact_n = region.force_n.first()?;
-        fit(curves, tried, &to_fit(&self.depth_m), &to_fit(&region.force_n), *most_at_contact_n)
+        let declared = |found: &Found| {
+            let declared_m2 = elastic.at(found.stiffening_b).force_m2(found.offset_m);
+            found.youngs_modulus_pa * declared_m2 <= region.force_n[0]
+        };
+        if !declared(&found) {
+            let (mut early_m, mut late_m) = (-found.offset_m, 0.0);
+            for _ in 0..HALVINGS {
+                let middle_m = f64::midpoint(early_m, late_m);
+                *(if declared(&within([middle_m; 2])?) { &mut late_m } else { &mut early_m }) = middle_m;
+            }
+            found = within([late_m; 2])?;
+        }
+        Some(found)
     }
 
     fn last_exponent(&self, force_n: &[f64]) -> f64 {
@@ -129,7 +162,7 @@ impl Liver {
         (g / f).ln() / (e / d).ln()
     }
 
-    fn row(&self, region: &Region, found: &StiffeningFit, ours: &[f64], without: &[f64]) -> Row {
+    fn row(&self, region: &Region, found: &Found, ours: &[f64], without: &[f64]) -> Row {
         Row {
             test: "T2".into(),
             data: format!("pig liver, {}, {} sites", region.name, region.sites),
@@ -154,7 +187,7 @@ impl Liver {
         }
     }
 
-    fn picture(&self, region: &Region, found: &StiffeningFit, ours: &[f64], without: &[f64]) -> Picture {
+    fn picture(&self, region: &Region, found: &Found, ours: &[f64], without: &[f64]) -> Picture {
         let curve = |name: &str, force_n: &[f64], measured: bool| Curve {
             name: name.into(),
             points: self.depth_m.iter().map(|d| d * 1e3).zip(force_n.iter().copied()).collect(),
@@ -185,7 +218,7 @@ impl Region {
     }
 }
 
-impl StiffeningFit {
+impl Found {
     fn told(&self) -> String {
         format!(
             "E = {:.1} kPa, b = {:.1}, contact {:.2} mm before it was declared; {:.0} mm thick is assumed",
@@ -202,19 +235,19 @@ pub(super) fn run() -> Result<Outcome, Error> {
     let damaged =
         |what: &str| TissueError::Check(format!("tests/data/pig_liver_indentation.toml: {what}: take the file as it ships"));
     let liver: Liver = toml::from_str(DATA).map_err(|e| damaged(e.message()))?;
-    let curves = liver.curves()?;
+    let elastic = liver.elastic()?;
     let mut outcome = Outcome { rows: Vec::new(), pictures: Vec::new() };
     for region in &liver.region {
         if region.force_n.len() != liver.depth_m.len() {
             return Err(damaged("not one force a depth").into());
         }
-        let pressed = |b: (f64, f64, usize), offset_m: (f64, f64, usize)| {
-            let found = liver.fit(&curves, Tried { b, offset_m }, region);
+        let pressed = |contact_range_m: [f64; 2], stiffens: bool| {
+            let found = liver.identify(&elastic, region, contact_range_m, stiffens);
             let found = found.ok_or_else(|| damaged("no modulus fits the forces"))?;
-            Ok::<_, Error>((found, liver.press(&found)?))
+            Ok::<_, Error>((liver.press(&found)?, found))
         };
-        let (found, ours) = pressed(TRIED_B, OFFSETS_M)?;
-        let (_, without) = pressed((0.0, 0.0, 0), ANY_OFFSET_M)?;
+        let (ours, found) = pressed(CONTACT_M, true)?;
+        let (without, _) = pressed(ANY_CONTACT_M, false)?;
         outcome.rows.push(liver.row(region, &found, &ours, &without));
         outcome.pictures.push(liver.picture(region, &found, &ours, &without));
     }

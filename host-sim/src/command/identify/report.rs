@@ -1,11 +1,12 @@
 //! Report of an identification: lines, picture and summary.
 
-use palpate_charts::{Figure, Form, Plot, ScaledAxis, Series};
+use palpate_charts::{Figure, Form, Level, Plot, ScaledAxis, Series};
 use palpate_fit::identify::fit::{Estimate, Quantity};
 use palpate_fit::identify::record::Record;
 use palpate_fit::identify::study::Identified;
 use serde::Serialize;
 
+use super::patch::{BOARD, Beside};
 use crate::command::options::identify::IdentifyArgs;
 
 /// Name, unit and factor of a quantity for people, and its key.
@@ -90,8 +91,8 @@ pub(super) fn print(args: &IdentifyArgs, found: &Identified, records: &[Record],
     }
 }
 
-/// Data, model and residual over time.
-pub(super) fn figure(found: &Identified, records: &[Record]) -> Figure {
+/// Data, model and residual over time, and the force of the patch if there is one.
+pub(super) fn figure(found: &Identified, records: &[Record], beside: &[Beside]) -> Figure {
     let (record, test) = (&records[0], &found.tests[0]);
     let unit = if record.force_n.iter().all(|f| f.abs() < 1.0) { (1e3, "mN") } else { (1.0, "N") };
     let over_time = |values: &dyn Fn(usize) -> f64| -> Vec<(f64, f64)> {
@@ -105,12 +106,16 @@ pub(super) fn figure(found: &Identified, records: &[Record]) -> Figure {
     };
     let data = dots("measured", over_time(&|n| record.force_n[n]));
     let model = Series::curve("model", over_time(&|n| test.model_n[n]));
-    // named alike, so that both panels have equal widths
-    let rest = dots("measured", over_time(&|n| record.force_n[n] - test.model_n[n]));
-    let zero = Series::curve("model", over_time(&|_| 0.0));
+    let patch = beside.iter().take(1).map(|beside| {
+        let points = beside.force_n.iter().map(|(n, force_n)| (record.time_s[*n] - record.time_s[0], force_n * unit.0));
+        Series::curve(format!("patch for {BOARD}"), points)
+    });
+    let forces = [data, model].into_iter().chain(patch).collect();
+    let rest = dots("measured less model", over_time(&|n| record.force_n[n] - test.model_n[n]));
     let plots = vec![
-        Plot::new(axis("time [s]".into()), axis(format!("force [{}]", unit.1)), vec![data, model]),
-        Plot::new(axis("time [s]".into()), axis(format!("measured less model [{}]", unit.1)), vec![rest, zero]),
+        Plot::new(axis("time [s]".into()), axis(format!("force [{}]", unit.1)), forces),
+        Plot::new(axis("time [s]".into()), axis(format!("difference [{}]", unit.1)), vec![rest])
+            .levels([Level::new("no difference", 0.0)]),
     ];
     Figure {
         name: "identified".into(),
@@ -139,6 +144,9 @@ struct Summary {
     plain_modulus_pa: f64,
     plain_rms_pct: f64,
     rms_pct: f64,
+    /// Of each test, the rms differences of the patch in press and hold, over the peak [%].
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    patch_rms_pct: Vec<[f64; 2]>,
     tests: Vec<Test>,
 }
 
@@ -161,7 +169,7 @@ struct Test {
     lift_off_m: Option<[f64; 2]>,
 }
 
-pub(super) fn summary(found: &Identified, records: &[Record]) -> impl Serialize + use<> {
+pub(super) fn summary(found: &Identified, records: &[Record], beside: &[Beside]) -> impl Serialize + use<> {
     let value =
         |e: &Estimate| Value { name: words(e.of).3, value: e.value, low: e.interval[0], high: e.interval[1], told: e.told() };
     Summary {
@@ -176,6 +184,7 @@ pub(super) fn summary(found: &Identified, records: &[Record]) -> impl Serialize 
         plain_modulus_pa: found.plain.0.youngs_modulus_pa,
         plain_rms_pct: found.plain.1,
         rms_pct: found.rms_pct,
+        patch_rms_pct: beside.iter().map(|beside| beside.rms_pct).collect(),
         tests: records
             .iter()
             .zip(&found.tests)
