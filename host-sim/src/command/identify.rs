@@ -114,8 +114,8 @@ impl IdentifyArgs {
         }
     }
 
-    /// Writes the result into a folder, with the force of a patch if there is one; an earlier result
-    /// is replaced. Returns the folder's path.
+    /// Writes the result into a folder, with the force of a patch if there is one; an earlier
+    /// result is replaced. Returns the folder's path.
     fn write(&self, folder: &Path, found: &Identified, records: &[Record], beside: &[Beside]) -> Result<PathBuf, Error> {
         let folder = OutputFolder::open(folder)?.made_by(provenance::of(None));
         for (name, text) in scene::texts(self, found, records) {

@@ -25,9 +25,9 @@ pub struct Slide {
 }
 
 impl Slide {
-    /// Friction of a test from rows of time [s], depth [m] and force [N], and from positions [m] and
-    /// forces [N] along the surface; `None` if the tip does not move along the surface. The first
-    /// half of each stroke is left out, as the surface follows the tip there before it slips.
+    /// Friction of a test from rows of time [s], depth [m] and force [N], and from positions [m]
+    /// and forces [N] along the surface; `None` if the tip does not move along the surface. The
+    /// first half of each stroke is left out, as the surface follows the tip there before it slips.
     ///
     /// # Errors
     /// One sentence: the slide is too short, or its force is none of friction.
@@ -107,8 +107,8 @@ mod tests {
         ((x ^ (x >> 31)) >> 11) as f64 / 9_007_199_254_740_992.0 - 0.5
     }
 
-    /// Rows and columns along the surface of a tip that is pressed for a second and then slides back
-    /// and forth against a friction that pulses by a share of itself.
+    /// Rows and columns along the surface of a tip that is pressed for a second and then slides
+    /// back and forth against a friction that pulses by a share of itself.
     fn made(friction: f64, stroke_m: f64, pulse: f64, seed: u64) -> (Vec<[f64; 3]>, Vec<[f64; 2]>) {
         let row = |n: u64| {
             let t = n as f64 * 0.01;

@@ -25,8 +25,8 @@ pub(super) struct Beside {
     pub force_n: Vec<(usize, f64)>,
 }
 
-/// Fits a patch to the scene for the board, and presses it as in the tests. Returns each test beside
-/// it, and why `fit` does not promise the patch, if it does not.
+/// Fits a patch to the scene for the board, and presses it as in the tests. Returns each test
+/// beside it, and why `fit` does not promise the patch, if it does not.
 pub(super) fn fit_and_judge(
     scene: &Path,
     radius: Option<&str>,

@@ -17,8 +17,8 @@ pub struct IdentifyArgs {
     /// Tip of the indenter: sphere:RADIUS, such as sphere:4mm.
     #[arg(long, value_name = "SHAPE:RADIUS", value_parser = tip)]
     pub tip: f64,
-    /// Thickness of the tissue on its support, such as 10mm; or a range such as 5..20mm, in which it
-    /// is fitted.
+    /// Thickness of the tissue on its support, such as 10mm; or a range such as 5..20mm, in which
+    /// it is fitted.
     #[arg(long, value_name = "LENGTH", value_parser = thickness)]
     pub thickness: [f64; 2],
     /// Sides of the tissue, such as 50x50mm [default: wide enough not to matter].
