@@ -227,7 +227,7 @@ pub fn identify_within(plan: &Plan, range_m: [f64; 2], records: &[Record]) -> Re
     }
     for _ in 0..HALVINGS {
         let (best, count) = (likely(&tried).1, tried.len());
-        if !combined(&tried).is_empty() {
+        if !combined(&tried, 0).is_empty() {
             break;
         }
         for n in [best + 1, best].into_iter().filter(|n| (1..count).contains(n)) {
@@ -235,7 +235,7 @@ pub fn identify_within(plan: &Plan, range_m: [f64; 2], records: &[Record]) -> Re
             tried.insert(n, between);
         }
     }
-    let why = combined(&tried);
+    let why = combined(&tried, 1);
     if !why.is_empty() {
         return Err(format!("{}: {why}", records[0].name));
     }
@@ -266,9 +266,11 @@ fn likely(tried: &[(f64, Identified)]) -> ([usize; 2], usize) {
     ([(0..tried.len()).find(near).unwrap_or(best), (0..tried.len()).rev().find(near).unwrap_or(best)], best)
 }
 
-/// Sentence on thicknesses that are too different to be called known; empty if there is none.
-fn combined(tried: &[(f64, Identified)]) -> String {
+/// Sentence on likely thicknesses, with some neighbours, that are too different to be called known;
+/// empty if there is none.
+fn combined(tried: &[(f64, Identified)], neighbours: usize) -> String {
     let ([first, last], _) = likely(tried);
+    let (first, last) = (first.saturating_sub(neighbours), (last + neighbours).min(tried.len() - 1));
     if tried[last].0 - tried[first].0 <= 2.0 * TOLD_THICKNESS {
         return String::new();
     }
