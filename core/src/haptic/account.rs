@@ -14,7 +14,7 @@
 //! unread    E <- E - e |dF|          e: largest error of a position that no reading told
 //! ceiling   E <- min(E, e0 + S)      S: what the tissue can return; zero once the contact is over
 //! refill    E <- E + P T               while E < e0 + S
-//! debt      E <- min(E + R T/0.2 s, 0)  while E < 0; R: what the ceiling withheld in this contact
+//! debt      E <- min(E + H T/0.2 s, 0)  while E < 0; H: what the ceiling withheld in this contact
 //! send      s F, with s |F| D(F, d) + q R <= E - sum over the forces on their way of |G| D(G, j)
 //!
 //! D(G, j) = max(0, (v + q/(n T) + a n T/2) T + a T^2 (j + 1/2 + l)), v = u.G/|G|, a = a0 + c |G|/m
