@@ -27,7 +27,6 @@ pub struct Outcome {
 ///
 /// # Panics
 /// Panics if the tests are not in a repository.
-#[must_use]
 pub fn repository() -> &'static Path {
     let ancestors = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors();
     ancestors.into_iter().find(|folder| folder.join("rust-toolchain.toml").is_file()).expect("the tests are in the repository")
@@ -73,7 +72,6 @@ pub fn binary(scratch: &str) -> &'static Path {
 ///
 /// # Panics
 /// Panics if a summary does not follow the schema.
-#[must_use]
 pub fn palpate(scratch: &str, folder: &Path, arguments: &[&str]) -> Outcome {
     let output = Command::new(binary(scratch))
         .args(arguments)
@@ -130,7 +128,6 @@ impl Default for Desk {
 
 impl Desk {
     /// Path of the folder.
-    #[must_use]
     pub fn folder(&self) -> &Path {
         self.0.path()
     }
@@ -141,7 +138,6 @@ impl Desk {
     }
 
     /// Names of everything in the folder, sorted.
-    #[must_use]
     pub fn listing(&self) -> Vec<String> {
         let entries = std::fs::read_dir(self.0.path()).expect("a temporary folder can be read");
         let mut names: Vec<_> = entries.flatten().map(|e| e.file_name().to_string_lossy().into_owned()).collect();

@@ -62,17 +62,11 @@ use settings::Settings;
 
 /// Computes the force on a probe that performs `motion` from the place at which the scene presses.
 /// The drive of the scene is ignored.
-///
-/// # Errors
-/// [`DynamicError`]: the scene or the motion cannot be computed, or a step has no solution.
 pub fn compute(scene: &Scene, motion: &Motion, settings: &Settings) -> Result<History, DynamicError> {
     compute_with(scene, motion, settings, |_| {})
 }
 
 /// Like [`compute`], and calls `progress` with the time [s] after every step.
-///
-/// # Errors
-/// Errors of [`compute`].
 pub fn compute_with(
     scene: &Scene,
     motion: &Motion,

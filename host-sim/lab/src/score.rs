@@ -16,7 +16,6 @@ pub const PAPER_WEIGHTS: [f64; 3] = [0.45, 0.35, 0.20];
 pub const FULL_MARK: f64 = 10.0;
 
 /// Equation (14): the value, from 0 to 1, that follows from marks from 0 to 10.
-#[must_use]
 pub fn value(marks: [f64; 3], weights: [f64; 3]) -> f64 {
     marks.iter().zip(weights).map(|(x, w)| x / FULL_MARK * w).sum()
 }

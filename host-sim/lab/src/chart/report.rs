@@ -10,7 +10,6 @@ use super::term_errors::TermErrors;
 use crate::study::{Columns, Table};
 
 /// The rows of the chart, printed on request; what was not measured is left out.
-#[must_use]
 pub fn rows(name: &str, runs: &[Run]) -> Columns<Run> {
     let measured = |run: &Run, of: fn(&Measured) -> Option<f64>| run.outcome.as_ref().ok().and_then(of);
     let mut table = Table::rows(name, runs.to_vec())
@@ -49,7 +48,6 @@ pub fn rows(name: &str, runs: &[Run]) -> Columns<Run> {
 }
 
 /// Errors of methods that lack the terms of the tissue.
-#[must_use]
 pub fn terms(errors: &[TermErrors]) -> Table {
     Table::rows("terms", errors)
         .col("method", |e| e.method.name())
@@ -111,7 +109,6 @@ pub const ERRORS: [(&str, Quantity); 3] = [
 ];
 
 /// Young's moduli of the rows [Pa].
-#[must_use]
 pub fn moduli_pa(runs: &[Run]) -> Vec<f64> {
     let mut moduli: Vec<f64> = runs.iter().map(|r| r.task.youngs_modulus_pa).collect();
     moduli.dedup();
@@ -125,7 +122,6 @@ fn survivors<T>(runs: &[Run], modulus_pa: f64, of: impl Fn(&Measured) -> Option<
 }
 
 /// Every front of a cost against an error, by stiffness.
-#[must_use]
 pub fn fronts(runs: &[Run]) -> Vec<FrontRow> {
     let mut fronts = Vec::new();
     for youngs_modulus_pa in moduli_pa(runs) {
@@ -146,7 +142,6 @@ pub fn fronts(runs: &[Run]) -> Vec<FrontRow> {
 
 /// Every front in tick time, held error and moving error at once, by stiffness; empty if moving
 /// errors were not measured.
-#[must_use]
 pub fn moving_fronts(runs: &[Run]) -> Vec<MovingFrontRow> {
     let mut fronts = Vec::new();
     for youngs_modulus_pa in moduli_pa(runs) {

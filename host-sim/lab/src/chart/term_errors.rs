@@ -60,9 +60,6 @@ pub struct TermErrors {
 
 /// Measures a method on a block. `None` if it is not available or diverges with every number of
 /// substeps that is tried.
-///
-/// # Errors
-/// Fails if a method cannot be built, or if a preset is damaged.
 pub fn term_errors(method: Method, block: &Block) -> Result<Option<TermErrors>, Error> {
     let terms = Terms::load()?;
     // springs alone are the model of a paper, so they are not counted as ours here

@@ -90,9 +90,6 @@ impl Potential for Fading<'_> {
 }
 
 /// Computes the force on a probe that performs `motion` slowly in tissue that relaxes.
-///
-/// # Errors
-/// [`DynamicError`]: the scene or the motion cannot be computed, or a step has no solution.
 pub fn compute(scene: &Scene, motion: &Motion, settings: &Settings) -> Result<Table, DynamicError> {
     motion.check()?;
     settings.check()?;

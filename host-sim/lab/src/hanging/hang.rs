@@ -68,9 +68,6 @@ impl Potential for Weighed<'_> {
 
 impl<'a> Hanging<'a> {
     /// Prepares the suspension at rest, without weight.
-    ///
-    /// # Errors
-    /// Fails if no node is held, or if there is not enough memory for the factor.
     pub fn new(suspension: &'a Suspension) -> Result<Self, HangError> {
         let body = &suspension.body;
         let nodes = body.mesh.nodes_m.len();
@@ -82,9 +79,6 @@ impl<'a> Hanging<'a> {
     }
 
     /// Changes the share of the weight to `share`, with the gripped nodes fixed.
-    ///
-    /// # Errors
-    /// Fails if no equilibrium is found; the last one that was reached remains.
     pub fn weigh(&mut self, share: f64) -> Result<(), HangError> {
         let grip: Vec<_> = self.suspension.grip.iter().map(|n| self.displacement_m[*n as usize]).collect();
         self.go_to(share, &grip, |_| {})
@@ -93,10 +87,6 @@ impl<'a> Hanging<'a> {
     /// Changes the share of the weight and, at the same time, moves the gripped nodes straight to
     /// displacements from rest [m], one per node in the order of the grip. After each step,
     /// `progress` receives the share of the change that is complete.
-    ///
-    /// # Errors
-    /// Fails if the number of displacements is wrong, if they are not finite, or if no equilibrium
-    /// is found; the last one that was reached then remains.
     pub fn go_to(&mut self, weight_share: f64, grip_m: &[Vector3<f64>], mut progress: impl FnMut(f64)) -> Result<(), HangError> {
         let grip = &self.suspension.grip;
         if grip_m.len() != grip.len() || !grip_m.iter().flatten().all(|x| x.is_finite()) {
@@ -139,7 +129,6 @@ impl<'a> Hanging<'a> {
 
     /// Present force and moment at some nodes, over Young's modulus; at fixed or gripped nodes this
     /// is the reaction.
-    #[must_use]
     pub fn support(&self, nodes: impl IntoIterator<Item = u32>) -> Support {
         let mut support = Support::default();
         let Some(now) = self.suspension.assemble(&self.displacement_m, self.weight_share) else { return support };
@@ -153,13 +142,11 @@ impl<'a> Hanging<'a> {
     }
 
     /// Number of Newton iterations so far.
-    #[must_use]
     pub fn iterations(&self) -> usize {
         self.solver.iterations
     }
 
     /// Number of entries of the Cholesky factor.
-    #[must_use]
     pub fn factor_entries(&self) -> usize {
         self.solver.factor_entries()
     }

@@ -56,7 +56,6 @@ pub struct Suspension {
 
 impl Suspension {
     /// A body without weight; its fixed components keep their values.
-    #[must_use]
     pub fn new(body: Body) -> Self {
         let mesh = &body.mesh;
         let corners = |t: &[u32; 10]| [0, 1, 2, 3].map(|k| mesh.nodes_m[t[k] as usize]);
@@ -67,10 +66,6 @@ impl Suspension {
 
     /// Gives every tet a density [kg/m^3] under a gravity [m/s^2]; the stiffness ratios of the body
     /// are relative to `youngs_modulus_pa`.
-    ///
-    /// # Errors
-    /// Fails if the density of a tet is missing, negative or not finite, or if the modulus is not
-    /// above 0.
     pub fn with_weight(
         mut self,
         densities_kg_per_m3: &[f64],
@@ -98,9 +93,6 @@ impl Suspension {
     }
 
     /// Adds ties between surfaces.
-    ///
-    /// # Errors
-    /// Fails if a tie names a node that does not exist.
     pub fn with_ties(mut self, ties: Vec<Tie>) -> Result<Self, HangError> {
         let nodes = self.body.mesh.nodes_m.len();
         for (tie, node) in ties.iter().enumerate().flat_map(|(index, tie)| tie.nodes.map(|n| (index, n))) {
@@ -115,9 +107,6 @@ impl Suspension {
     }
 
     /// Grips nodes whose displacement will be prescribed; it is zero until they are moved.
-    ///
-    /// # Errors
-    /// Fails if a node does not exist.
     pub fn with_grip(mut self, nodes: &[u32]) -> Result<Self, HangError> {
         let count = self.body.mesh.nodes_m.len();
         for node in nodes {
@@ -129,26 +118,22 @@ impl Suspension {
     }
 
     /// Body that is suspended; gripped nodes count as fixed.
-    #[must_use]
     pub fn body(&self) -> &Body {
         &self.body
     }
 
     /// Ties between surfaces of the body.
-    #[must_use]
     pub fn ties(&self) -> &[Tie] {
         &self.ties
     }
 
     /// Sum of the nodal weights over Young's modulus [m^2].
-    #[must_use]
     pub fn weight_m2(&self) -> Vector3<f64> {
         self.weight_m2.iter().sum()
     }
 
     /// Energy over Young's modulus [m^3] with a share of the weight; `None` if an element is
     /// inverted.
-    #[must_use]
     pub fn energy_m3(&self, displacement_m: &[Vector3<f64>], weight_share: f64) -> Option<f64> {
         let elastic = self.body.energy(displacement_m, None)?;
         let tied: f64 = self.ties.iter().map(|tie| tie.energy_m3(displacement_m)).sum();
@@ -157,7 +142,6 @@ impl Suspension {
     }
 
     /// Energy, residual and tangent with a share of the weight; `None` if an element is inverted.
-    #[must_use]
     pub fn assemble(&self, displacement_m: &[Vector3<f64>], weight_share: f64) -> Option<Assembled> {
         self.derive(displacement_m, weight_share, true)
     }

@@ -33,7 +33,6 @@ pub struct Tie {
 
 impl Tie {
     /// Displacement of the first point relative to the second [m].
-    #[must_use]
     pub fn stretch_m(&self, displacement_m: &[Vector3<f64>]) -> Vector3<f64> {
         self.nodes.iter().zip(&self.shape).map(|(n, share)| displacement_m[*n as usize] * *share).sum()
     }
@@ -60,7 +59,6 @@ impl Tie {
 /// `stiffness_per_m` gives the stiffness of the layer per area, over Young's modulus [1/m], at a
 /// place [m] on the first surface; points at which it is not above zero are not tied. The two
 /// surfaces should have no common nodes.
-#[must_use]
 pub fn layer(
     mesh: &QuadraticMesh,
     from: &[usize],

@@ -48,10 +48,6 @@ pub struct Options {
 
 /// Regenerates the figures and writes the report into the folder `out`, which is made once the
 /// scenes have been checked.
-///
-/// # Errors
-/// Fails if the scene is invalid, if the core or a method rejects the model, or if the folder
-/// cannot be written.
 pub fn run(options: &Options, out: &Path, progress: &dyn Progress) -> Result<(), Error> {
     let size = if options.quick { Size::quick() } else { Size::full() };
     let names = options.scene.clone().map_or_else(|| PRESETS.map(|(name, _)| name.to_owned()).to_vec(), |name| vec![name]);

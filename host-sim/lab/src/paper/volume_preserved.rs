@@ -82,10 +82,6 @@ const WEIGHT_M_PER_S2: [f64; 3] = [0.0, 0.0, -9.81];
 
 /// Runs the paper's section 3 and writes the report into the folder `out`, which is made once the
 /// scene is known to be sound.
-///
-/// # Errors
-/// Fails if the scene is invalid, if the finite elements do not converge, or if a promise of the
-/// product did not hold.
 pub fn run(options: &Options, out: &Path, progress: &dyn Progress) -> Result<(), Error> {
     let scene = HangingScene::load(&options.scene)?;
     let sizes: &[usize] = if options.quick { &[1] } else { &[0, 1] };

@@ -28,7 +28,6 @@ const DRAWN: u64 = 200_000;
 const SAME: f64 = 1e-9;
 
 /// Tests whether two samples differ in their means; `None` if one is empty.
-#[must_use]
 pub fn permutation_test(a: &[f64], b: &[f64]) -> Option<Permutation> {
     if a.is_empty() || b.is_empty() {
         return None;

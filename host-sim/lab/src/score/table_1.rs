@@ -29,7 +29,6 @@ const ROUNDING: f64 = 5e-4;
 const SIGNIFICANT: f64 = 0.05;
 
 /// Number of the 11^3 combinations of integer marks for which (14) rounds to a printed value.
-#[must_use]
 pub fn marks_for(printed: f64, weights: [f64; 3]) -> usize {
     let all = (0..=10_u8).flat_map(|a| (0..=10_u8).flat_map(move |b| (0..=10_u8).map(move |c| [a, b, c])));
     all.filter(|marks| (value(marks.map(f64::from), weights) - printed).abs() <= ROUNDING + 1e-9).count()
@@ -52,7 +51,6 @@ pub struct Check {
 
 impl Check {
     /// Examines the table with the weights of the paper.
-    #[must_use]
     pub fn run() -> Self {
         let column = |n: usize| PRINTED.map(|row| row[n]);
         let mean = |n: usize| column(n).iter().sum::<f64>() / PRINTED.len() as f64;
@@ -69,7 +67,6 @@ impl Check {
     }
 
     /// Claims of the paper and of (14), and whether the printed values agree with them.
-    #[must_use]
     pub fn claims(&self) -> [(&'static str, bool); 3] {
         [
             ("every value is one that (14) gives for whole marks", self.unattainable == 0),

@@ -91,14 +91,12 @@ pub struct Peer {
 
 impl Peer {
     /// Engine and model, separated by a space.
-    #[must_use]
     pub fn name(&self) -> String {
         format!("{} {}", self.engine, self.model)
     }
 
     /// Root mean square error over the ramps and the tap [%]; `None` unless the engine survived all
     /// of them.
-    #[must_use]
     pub fn moving_rms_pct(&self) -> Option<f64> {
         let mut sum = 0.0;
         for pct in self.moving_pct {
@@ -108,7 +106,6 @@ impl Peer {
     }
 
     /// Whether the engine survived the deepest press.
-    #[must_use]
     pub fn survived(&self) -> bool {
         self.survives == "yes"
     }
@@ -127,9 +124,6 @@ pub struct Peers {
 
 impl Peers {
     /// Reads a table that was measured with the standard press.
-    ///
-    /// # Errors
-    /// Fails if the file cannot be read, or with the first defect of the table.
     pub fn load(file: &Path) -> Result<Self, Error> {
         let text = std::fs::read_to_string(file).map_err(|source| TissueError::Read { path: file.into(), source })?;
         let hash = StandardPress::new()?.hash()?;
@@ -178,7 +172,6 @@ impl Peers {
 }
 
 /// Names of all columns, in order.
-#[must_use]
 pub fn columns() -> Vec<String> {
     let mut names = FIRST.map(String::from).to_vec();
     names.extend(DEPTHS_M.map(|d| format!("force_{}mm_n", d * 1e3)));

@@ -45,9 +45,6 @@ pub struct Seen {
 }
 
 /// Measures the effect of changes of k and d from fitted values, for each loading.
-///
-/// # Errors
-/// Fails if the core rejects the model or the parameters.
 pub fn seen(target: &Target, stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> Result<[Seen; 3], Error> {
     let (k, d) = (stiffness_n_per_m, damping_n_s_per_m);
     let changed = [[k / 2.0, d], [2.0 * k, d], [k, d / 4.0], [k, 4.0 * d]];
@@ -94,9 +91,6 @@ const SHORTEST_TICK_S: f64 = 1e-5;
 
 /// Largest time step [s] with which the free vibration of springs of a single stiffness k [N/m]
 /// with dampers of a single d [N s/m] does not grow; found by bisection to within 3 %.
-///
-/// # Errors
-/// Fails if the core rejects the model or the parameters.
 pub fn largest_step_s(block: &Block, stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> Result<f64, Error> {
     let any = Fitted::new(stiffness_n_per_m, damping_n_s_per_m);
     let block = StudyMethod::LocalCompression(any).block(block, 1e-3);

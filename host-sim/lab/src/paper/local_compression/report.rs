@@ -26,9 +26,6 @@ const FORMS: [(ContactPressure, &str); 2] =
     [(ContactPressure::UniformLoad, "uniform load"), (ContactPressure::RigidPunch, "rigid punch")];
 
 /// Tables, claims and pictures of the block and of the organs.
-///
-/// # Errors
-/// A picture cannot be drawn or written.
 pub fn findings(folder: &OutputFolder, quick: bool, block: &OnBlock, organs: &[OnOrgan]) -> Result<Findings, Error> {
     let mut findings = Findings {
         headline: format!(

@@ -83,10 +83,6 @@ pub struct MeshScene {
 
 impl PressScene {
     /// Reads a preset by name or a scene file by path.
-    ///
-    /// # Errors
-    /// Fails if the file is unreadable, is not valid TOML, or has an unknown key or an impossible
-    /// value; the error states the place.
     pub fn load(name_or_path: &str) -> Result<Self, SceneError> {
         if let Some((name, text)) = PRESETS.iter().find(|(name, _)| *name == name_or_path) {
             return Self::parse(name, text);
@@ -101,9 +97,6 @@ impl PressScene {
     }
 
     /// Reads the text of a scene; `file` names it in errors.
-    ///
-    /// # Errors
-    /// Errors of [`Self::load`].
     pub fn parse(file: &str, text: &str) -> Result<Self, SceneError> {
         let mut scene: Self = toml::from_str(text).map_err(|e| SceneError::of_toml(file, text, &e))?;
         scene.file = file.into();

@@ -36,10 +36,6 @@ pub struct Site {
 
 impl Site {
     /// Meshes the organ or reads its mesh file; `coarser` multiplies the spacing of the lattice.
-    ///
-    /// # Errors
-    /// Fails if the ray misses the organ, if a region has no stiffness, or if a mesh cannot be made
-    /// or read.
     pub fn of(scene: &PressScene, coarser: f64) -> Result<Self, Error> {
         let organ =
             scene.organ.as_deref().map(Organ::named).transpose().map_err(|cause| scene.bad("organ:", &cause.to_string()))?;
@@ -62,9 +58,6 @@ impl Site {
 
     /// Refines the mesh until edges near the site are no longer than `edge_m`, for the reference,
     /// in which the layers should not be blended. The mesh has at most `most_nodes` nodes.
-    ///
-    /// # Errors
-    /// Errors of [`Self::of`].
     pub fn refined(&self, scene: &PressScene, edge_m: f64, most_nodes: usize) -> Result<Self, Error> {
         let tissue = &self.block.tissue;
         let (place, reach_m) = (Vector3::from(tissue.site_m), 1.2 * scene.finger.radius_m);
@@ -123,7 +116,6 @@ impl Site {
     }
 
     /// Young's modulus at a point of an organ [Pa]; for a mesh file, that of the tet.
-    #[must_use]
     pub fn youngs_modulus_at_pa(&self, tet: usize, at_m: [f64; 3]) -> f64 {
         let e = f64::from(self.block.params.youngs_modulus_pa);
         match &self.organ {

@@ -21,9 +21,6 @@ pub struct RestingPress {
 }
 
 /// Presses tissue that is at rest and untouched to `depth_m` and holds the finger there.
-///
-/// # Errors
-/// Fails with [`NoRest::Diverged`] if the model diverges.
 pub fn hold(block: &Block, running: &mut dyn RunningMethod, depth_m: f64) -> Result<RestingPress, NoRest> {
     let tick_s = f64::from(block.params.tick_s);
     let clear_m = 1e-4;

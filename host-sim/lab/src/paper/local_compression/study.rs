@@ -55,14 +55,12 @@ pub struct Size {
 
 impl Size {
     /// The paper's schedule and forces.
-    #[must_use]
     pub fn full() -> Self {
         let trials = [Schedule::PAPER.length(), 2 * Schedule::PAPER.temperatures()];
         Self { trials, forces_n: &FORCES_N, coarser: 1.0, halvings: 6, layered: Some((0.0045, 1500)) }
     }
 
     /// Returns a reduced size: few forces, few trials at each temperature, coarser organs.
-    #[must_use]
     pub fn quick() -> Self {
         Self { trials: [570, 60], forces_n: &[0.8, 1.6, 2.4], coarser: 1.5, halvings: 4, layered: None }
     }
@@ -157,9 +155,6 @@ fn block() -> Result<Block, Error> {
 
 /// Fits the model to the block, runs all methods under all forces, and measures the failures of the
 /// formulas.
-///
-/// # Errors
-/// Fails if the core or a method rejects the model or the parameters.
 pub fn on_block(folder: &OutputFolder, size: &Size, progress: &AnnealingProgress) -> Result<OnBlock, Error> {
     let block = block()?;
     progress.say("block: annealing");
@@ -193,9 +188,6 @@ pub fn on_block(folder: &OutputFolder, size: &Size, progress: &AnnealingProgress
 }
 
 /// Fits the model to an organ and runs all methods under all forces.
-///
-/// # Errors
-/// Fails if the scene is invalid, or if the core or a method rejects the model.
 pub fn on_organ(
     folder: &OutputFolder,
     scene: PressScene,
@@ -259,13 +251,11 @@ fn curves(block: &Block, fitted: Fitted, size: &Size) -> Result<Vec<Curve>, Erro
 }
 
 /// The curve called `name`, if there is one.
-#[must_use]
 pub fn named<'a>(curves: &'a [Curve], name: &str) -> Option<&'a Curve> {
     curves.iter().find(|c| c.name == name)
 }
 
 /// The curve of the product, with a calibrated patch if there is one.
-#[must_use]
 pub fn product(curves: &[Curve]) -> Option<&Curve> {
     named(curves, Method::Calibrated.name()).or_else(|| named(curves, Method::Palpate.name()))
 }

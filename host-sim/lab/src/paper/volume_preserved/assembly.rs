@@ -56,10 +56,6 @@ pub struct Assembly<'a> {
 impl<'a> Assembly<'a> {
     /// Meshes the organs with about `tets` tets each and finds the sets; `points` is the number of
     /// points sampled on the upper surface.
-    ///
-    /// # Errors
-    /// Fails if an organ cannot be meshed, organs do not touch, a joint has no partner, a landmark
-    /// is outside its organ, or a set of fixed or held nodes is empty; the error names it.
     pub fn build(scene: &'a HangingScene, tets: &[usize], points: usize) -> Result<Self, Error> {
         let meshes = scene.organ.iter().zip(tets).map(|(organ, tets)| match (&organ.mesh, organ.length_unit) {
             (Some(path), Some(unit)) => Ok(import(path, unit.metres)?.mesh),
@@ -96,7 +92,6 @@ impl<'a> Assembly<'a> {
 
     /// Returns the scene with every tet cut into eight; shape, supports, joints and points do not
     /// change.
-    #[must_use]
     pub fn subdivided(&self) -> Self {
         let mut meshes = Vec::new();
         for organ in &self.organs {
@@ -235,7 +230,6 @@ impl<'a> Assembly<'a> {
 
     /// Corner nodes of the joined surface that have a partner: the node, its share of the joined
     /// area [m^2], and the nearest point of the other surface.
-    #[must_use]
     pub fn joints(&self) -> Vec<(u32, f64, Nearest)> {
         let mut areas = std::collections::BTreeMap::new();
         for t in &self.joined {
@@ -310,7 +304,6 @@ impl<'a> Assembly<'a> {
     }
 
     /// Whether a node of `quadratic` is a corner node, that is, a node of `meshes`.
-    #[must_use]
     pub fn is_corner(&self, node: u32) -> bool {
         let node = node as usize;
         self.organs

@@ -58,9 +58,6 @@ struct Mean {
 }
 
 /// Tables, claims and pictures of everything that was measured.
-///
-/// # Errors
-/// A table cannot be formatted, or a picture cannot be drawn.
 pub fn findings(found: &Measurements, folder: &OutputFolder) -> Result<Findings, crate::Error> {
     let sharpest = &found.resolutions[0];
     let means = means(found);

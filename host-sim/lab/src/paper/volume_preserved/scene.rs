@@ -132,10 +132,6 @@ pub struct SurfaceSample {
 
 impl HangingScene {
     /// Reads the preset or a file.
-    ///
-    /// # Errors
-    /// Fails if the file is unreadable, is not valid TOML, or has an unknown key or an impossible
-    /// value; the error states the place.
     pub fn load(name_or_path: &str) -> Result<Self, SceneError> {
         if name_or_path == PRESET {
             return Self::parse(PRESET, TEXT);
@@ -154,9 +150,6 @@ impl HangingScene {
     }
 
     /// Reads the text of a scene; `file` names it in errors.
-    ///
-    /// # Errors
-    /// Errors of [`Self::load`].
     pub fn parse(file: &str, text: &str) -> Result<Self, SceneError> {
         let mut scene: Self = toml::from_str(text).map_err(|e| SceneError::of_toml(file, text, &e))?;
         scene.file = file.into();

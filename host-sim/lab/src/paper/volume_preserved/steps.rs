@@ -56,9 +56,6 @@ pub const LAWS: [(&str, DampingLaw); 6] = [
 
 /// Setup with the time step that a method uses: the product takes two steps per tick, the printed
 /// methods 0.8 of their largest stable step, but at most a tick.
-///
-/// # Errors
-/// Fails if the core rejects the model or the parameters.
 pub fn working_setup(method: HangingMethod, assembly: &Assembly, longest_s: f64) -> Result<Setup, Error> {
     Ok(match method {
         HangingMethod::Palpate => Setup { method, dt_s: 0.5 * TICK_S, substeps: Some(2), longest_s },
@@ -70,9 +67,6 @@ pub fn working_setup(method: HangingMethod, assembly: &Assembly, longest_s: f64)
 }
 
 /// Largest time step with which the organs sway under a light push without divergence [s].
-///
-/// # Errors
-/// Fails if the core rejects the model or the parameters.
 pub fn largest_step_s(method: HangingMethod, assembly: &Assembly) -> Result<f32, Error> {
     let network = method.network(assembly);
     let model = network.patch.wide_model();
@@ -106,10 +100,6 @@ pub fn largest_step_s(method: HangingMethod, assembly: &Assembly) -> Result<f32,
 
 impl Steps {
     /// Measures stable steps and forces; `quick` takes fewer dampings and fewer time steps.
-    ///
-    /// # Errors
-    /// Fails if the core rejects the model or the parameters, or if the mesh generator rejects the
-    /// block.
     pub fn measure(sparse: &Assembly, quick: bool) -> Result<Self, Error> {
         let mut stable = Vec::new();
         for (name, damping) in LAWS {

@@ -64,7 +64,6 @@ pub struct AnswerMove {
 
 impl Shipped {
     /// The solutions in the repository; `None` if they cannot be read, which a test would detect.
-    #[must_use]
     pub fn load() -> Option<Self> {
         serde_json::from_str(include_str!("../../../../references/hanging-liver.json")).ok()
     }
@@ -72,7 +71,6 @@ impl Shipped {
 
 impl Answer {
     /// Reduces a solution to landmarks and surface points.
-    #[must_use]
     pub fn of(assembly: &Assembly, truth: &Truth) -> Self {
         let plain = |vectors: &[Vector3<f64>]| vectors.iter().map(|v| (*v).into()).collect();
         let moves = truth.moves.iter().map(|m| AnswerMove {
@@ -85,7 +83,6 @@ impl Answer {
     }
 
     /// The solution, without node displacements; `None` if it does not belong to this assembly.
-    #[must_use]
     pub fn for_assembly(&self, assembly: &Assembly) -> Option<Truth> {
         if self.fingerprint != fingerprint(assembly) {
             return None;
@@ -121,9 +118,6 @@ fn fingerprint(assembly: &Assembly) -> String {
 }
 
 /// Solves the scene on an assembly; `progress` is called with (move, completed share).
-///
-/// # Errors
-/// No equilibrium found, or memory for the factor ran out.
 pub fn solve(assembly: &Assembly, mut progress: impl FnMut(usize, f64)) -> Result<Truth, Error> {
     let scene = assembly.scene;
     let modulus_pa = scene.organ[0].youngs_modulus_pa;

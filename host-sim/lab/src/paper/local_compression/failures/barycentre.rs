@@ -35,7 +35,6 @@ pub struct WithCoefficient {
 ///
 /// The unit vectors from the barycentre to the corners do not add up to zero unless the tet is
 /// regular.
-#[must_use]
 pub fn net_share(block: &Block) -> [f64; 2] {
     let mesh = &block.tissue.mesh;
     let (mut sum, mut most) = (0.0, 0.0_f64);
@@ -50,9 +49,6 @@ pub fn net_share(block: &Block) -> [f64; 2] {
 }
 
 /// Presses springs of a single stiffness k [N/m] with the volume force at every coefficient.
-///
-/// # Errors
-/// Fails if the core rejects the model or the parameters.
 pub fn measure(block: &Block, stiffness_n_per_m: f64, coefficients_pa_per_m: &[f64]) -> Result<Vec<WithCoefficient>, Error> {
     let any = Fitted::new(stiffness_n_per_m, 0.0);
     let mut block = StudyMethod::LocalCompression(any).block(block, STEP_S);

@@ -45,9 +45,6 @@ pub struct AgainstStep {
 
 /// Presses springs of a single stiffness k [N/m] with every kind of compensation at every time
 /// step.
-///
-/// # Errors
-/// Fails if the core rejects the model or the parameters.
 pub fn measure(block: &Block, stiffness_n_per_m: f64, steps_s: &[f64]) -> Result<Vec<AgainstStep>, Error> {
     let kinds = [
         Compensation::None,
@@ -93,7 +90,6 @@ pub fn measure(block: &Block, stiffness_n_per_m: f64, steps_s: &[f64]) -> Result
 
 impl Compensation {
     /// Name in legends.
-    #[must_use]
     pub fn name(self) -> String {
         match self {
             Self::None => "springs alone".into(),

@@ -57,9 +57,6 @@ impl RunningMethod for Counting<'_> {
 
 /// Presses springs of a single stiffness k [N/m] with both forms of (8) at every threshold; a press
 /// that diverges is left out.
-///
-/// # Errors
-/// Fails if the core rejects the model or the parameters.
 pub fn measure(block: &Block, stiffness_n_per_m: f64, least_stresses_pa: &[f64]) -> Result<Vec<Awake>, Error> {
     let any = Fitted::new(stiffness_n_per_m, 0.0);
     let mut block = StudyMethod::LocalCompression(any).block(block, STEP_S);
@@ -93,7 +90,6 @@ pub fn measure(block: &Block, stiffness_n_per_m: f64, least_stresses_pa: &[f64])
 
 /// The region with the smallest share of awake nodes, under one form of (8), whose force error is
 /// at most `most_error` (1).
-#[must_use]
 pub fn least_awake(found: &[Awake], pressure: ContactPressure, most_error: f64) -> Option<Awake> {
     let good = found.iter().filter(|a| a.pressure == pressure && a.force_error.abs() <= most_error);
     good.min_by(|a, b| a.share.total_cmp(&b.share)).copied()
