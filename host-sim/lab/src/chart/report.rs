@@ -6,7 +6,6 @@ use super::accuracy::{DEPTHS_M, SURFACE_DEPTHS_M};
 use super::front::{front, front_of_three};
 use super::moving::SPEEDS_MM_PER_S;
 use super::run::{Measured, Run};
-use super::term_errors::TermErrors;
 use crate::study::{Columns, Table};
 
 /// The rows of the chart, printed on request; what was not measured is left out.
@@ -45,22 +44,6 @@ pub fn rows(name: &str, runs: &[Run]) -> Columns<Run> {
             .csv(&format!("ramp_{speed}_mm_per_s_peak_pct"), |run| ramp(run, n).map(|r| r.peak_pct));
     }
     table
-}
-
-/// Errors of methods that lack the terms of the tissue.
-pub fn terms(errors: &[TermErrors]) -> Table {
-    Table::rows("terms", errors)
-        .col("method", |e| e.method.name())
-        .col("nodes", |e| e.nodes)
-        .col("has_terms", |e| e.has_terms)
-        .col("substeps", |e| e.substeps[0])
-        .col("substeps_stiffening", |e| e.substeps[1])
-        .col("held_1s_error_pct", |e| e.held_pct[0])
-        .col("held_10s_error_pct", |e| e.held_pct[1])
-        .col("stiffening_error_pct", |e| e.stiffening_pct)
-        .col("sideways_error_pct", |e| e.sideways_pct)
-        .all()
-        .about("error where the tissue relaxes, stiffens, rubs; ours with these terms, the others have none")
 }
 
 /// Point of a front of one cost against one error.

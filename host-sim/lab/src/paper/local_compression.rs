@@ -1,17 +1,15 @@
 //! Paper 004: soft tissue under local compression. A finger presses an abdomen and a foot with
-//! layers. Reproduces Figs. 5 to 9, and shows where the formulas fail.
+//! layers. Reproduces Figs. 5 to 9.
 //!
 //! The paper's tomography is not public, and its finite elements are those of another paper. The
 //! organs here are therefore our own shapes, and the reference is our own finite elements. Table 1
-//! and (14) are checked by a test (`lab/src/score`).
+//! and (14) are checked by a test (`lab/src/score.rs`).
 
 pub mod checkpoint;
-pub mod failures;
 mod figures;
 mod find_depth;
 pub mod fit;
 pub mod hausdorff;
-pub mod identifiability;
 pub mod methods;
 mod progress;
 mod report;
@@ -19,7 +17,6 @@ pub mod rest;
 pub mod scene;
 pub mod schedule;
 pub mod site;
-pub mod steps;
 mod study;
 pub mod sweep;
 pub mod truth;

@@ -34,7 +34,6 @@ mod paper_pictures;
 mod paper_volume_preserved;
 mod papers_table;
 mod ranges_make_one_run;
-mod scores_follow_the_paper;
 mod soak;
 mod stability_loop;
 mod stability_model;

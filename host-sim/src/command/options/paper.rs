@@ -13,8 +13,7 @@ pub enum PaperCommand {
     /// code 1 if the product's own promise at full resolution does not hold: landmarks within 1 mm
     /// and 2 mm of finite elements.
     VolumePreserved(PaperArgs),
-    /// Paper 004: a finger presses an abdomen and a foot. Figs. 5 to 9, and the cases in which its
-    /// formulas fail.
+    /// Paper 004: a finger presses an abdomen and a foot. Figs. 5 to 9.
     ///
     /// Writes report.md, summary.json, every curve as CSV and pictures as SVG and PNG. The
     /// annealing saves its state at intervals: if it is stopped, the same command continues it.

@@ -2,7 +2,7 @@
 //! between key points of the mass-spring model and those of a finite-element model.
 //!
 //! Key points are the free surface nodes around the site. The paper compares deformed shapes, which
-//! at rest do not depend on d at all (see [`super::identifiability`]). Here shapes are therefore
+//! at rest do not depend on d at all. Here shapes are therefore
 //! compared *during the motion*: a finger is released with a constant force, and the objective is
 //! the mean distance at four times, in millimetres; temperatures are in millimetres too. Finite
 //! elements on the same mesh (neo-Hookean, nodal pressure, true masses) perform the same motion.
@@ -29,6 +29,8 @@ use palpate_tissue::patch::{Material, Memory, Patch};
 pub const TIMES_MS: [usize; 4] = [10, 20, 40, 80];
 /// Largest distance of key points from the site [finger radii].
 const REACH_RADII: f64 = 2.5;
+/// The paper's fitted values: k [N/m] and d, whose printed unit "Ns/m" is read as N s/m.
+pub const PRINTED: [f64; 2] = [910.0, 3.11];
 /// Bounds of k [N/m] and d [N s/m].
 pub const BOUNDS: [[f64; 2]; 2] = [[1.0, 1e4], [1e-4, 10.0]];
 
