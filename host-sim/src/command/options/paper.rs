@@ -22,9 +22,8 @@ pub enum PaperCommand {
 
 #[derive(Args, Clone, Debug)]
 pub struct LocalCompressionArgs {
-    /// One scene, abdomen-press or foot-press, or the path of a file like
-    /// host-sim/scenes/abdomen-press.toml [default: both].
-    #[arg(long, value_name = "NAME|FILE")]
+    /// One of the two scenes [default: both].
+    #[arg(long, value_name = "NAME", value_parser = ["abdomen-press", "foot-press"])]
     pub scene: Option<String>,
     /// Use few forces, few trials at each temperature and coarse organs: 25 s of processor time,
     /// instead of some minutes.

@@ -163,9 +163,7 @@ pub fn on_organ(
 ) -> Result<OnOrgan, Error> {
     progress.say(format!("{}: pictures", scene.name));
     let mut smooth = scene.clone();
-    if let Some(mesh) = &mut smooth.mesh {
-        mesh.growth *= PICTURE_GROWTH;
-    }
+    smooth.mesh.growth *= PICTURE_GROWTH;
     let smooth = Site::of(&smooth, 1.0)?;
     let product = StudyMethod::Charted(Method::Palpate);
     let pictured = curve(&product, &smooth.block, &scene.finger.forces_n)?.unwrap_or_else(|| Curve::empty(product.name()));

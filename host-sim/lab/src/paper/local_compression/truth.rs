@@ -48,7 +48,7 @@ impl Truth {
     /// Prepares an organ whose layers run through its elements.
     pub fn layered(site: &Site) -> Self {
         let e = f64::from(site.block.params.youngs_modulus_pa);
-        Self::new(&site.block, |tet, x| site.youngs_modulus_at_pa(tet, (*x).into()) / e, TetRule::Eleven)
+        Self::new(&site.block, |_, x| site.youngs_modulus_at_pa((*x).into()) / e, TetRule::Eleven)
     }
 
     fn new(block: &Block, ratio: impl Fn(usize, &Vector3<f64>) -> f64, rule: TetRule) -> Self {
