@@ -32,6 +32,24 @@ pub fn repository() -> &'static Path {
     ancestors.into_iter().find(|folder| folder.join("rust-toolchain.toml").is_file()).expect("the tests are in the repository")
 }
 
+/// Files below folders of the repository whose names end with `end`, in order; without hidden
+/// folders and what was built.
+pub fn files_below(folders: &[&str], end: &str) -> Vec<PathBuf> {
+    let (mut folders, mut files) = (folders.iter().map(|f| repository().join(f)).collect::<Vec<_>>(), Vec::new());
+    while let Some(folder) = folders.pop() {
+        for path in std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path()) {
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            if path.is_dir() && !name.starts_with('.') && !["target", "out"].contains(&&*name) {
+                folders.push(path);
+            } else if path.is_file() && name.ends_with(end) {
+                files.push(path);
+            }
+        }
+    }
+    files.sort();
+    files
+}
+
 /// Path of the program; builds `palpate-full` once. `scratch` is the test's `CARGO_TARGET_TMPDIR`,
 /// in cargo's target directory.
 ///
