@@ -27,7 +27,6 @@ use assembly::Assembly;
 use method::{HangingMethod, Rest, Setup, hang};
 use palpate_tissue::output::OutputFolder;
 use scene::HangingScene;
-use steps::Steps;
 use truth::{Shipped, Truth};
 
 /// Largest mean landmark error that is promised for the product at full resolution, after each move
@@ -96,15 +95,12 @@ pub fn run(options: &Options, out: &Path, progress: &dyn Progress) -> Result<(),
         true => None,
         false => Some(at_resolution(assemble(&weighed, 1)?, NAMES[1], &[METHODS[0], METHODS[2]], progress)?),
     };
-    progress.say("steps that survive".into());
-    let steps = Steps::measure(&sparse.assembly, options.quick)?;
     progress.clear();
     let found = report::Measurements {
         scene: &scene,
         resolutions: &resolutions,
         weighed: weighed.as_ref(),
         subdivided: subdivided.as_ref(),
-        steps: &steps,
     };
     let mut findings = report::findings(&found, &folder)?;
     findings.fact("scene", scene.name.as_str());

@@ -6,8 +6,8 @@ use clap::{Args, Subcommand};
 
 #[derive(Clone, Debug, Subcommand)]
 pub enum PaperCommand {
-    /// Paper 000: a liver with its gallbladder on a thread. Table 1, Fig. 2, Fig. 3, section 3.4,
-    /// and the cases in which its formulas fail.
+    /// Paper 000: a liver with its gallbladder on a thread. Table 1, Fig. 2, Fig. 3 and section
+    /// 3.4.
     ///
     /// Writes report.md, summary.json, tables as CSV and pictures as SVG and PNG. Fails with exit
     /// code 1 if the product's own promise at full resolution does not hold: landmarks within 1 mm
