@@ -1,5 +1,5 @@
-//! The scene file of the hanging organs: organs, their joints and supports, the lifting stick, and
-//! the points at which errors are measured. Values are in SI units. Only the shipped scene can be run,
+//! The scene of the hanging organs: organs, their joints and supports, the lifting stick, and the
+//! points at which errors are measured. Values are in SI units. Only the shipped scene can be run,
 //! because its finite elements are stored.
 
 use serde::Deserialize;
