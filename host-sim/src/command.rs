@@ -272,9 +272,6 @@ impl Common {
 
 impl Cli {
     /// Reads the command line.
-    ///
-    /// # Errors
-    /// Errors of clap: bad options, or a request for the help or the version.
     pub fn read() -> Result<Self, clap::Error> {
         let mut command = help::grouped(Self::command());
         // `palpate NAME`, `palpate help NAME` and `palpate check NAME`
@@ -292,9 +289,6 @@ impl Cli {
     }
 
     /// Runs the command.
-    ///
-    /// # Errors
-    /// Fails if the input is invalid or a check failed; [`Error::exit_code`] distinguishes them.
     pub fn run(&self) -> Result<(), Error> {
         match &self.command {
             None => press::PressArgs::default().run(),
@@ -315,9 +309,6 @@ impl Cli {
     }
 
     /// Runs the command, which must be one that the evidence's workspace executes, with `study`.
-    ///
-    /// # Errors
-    /// It is another command, its input is invalid, or a check failed.
     pub fn run_study(&self, study: impl FnOnce(Study<'_>) -> Result<(), Error>) -> Result<(), Error> {
         let asked = match &self.command {
             Some(Command::Merge(args)) => return args.command()?.run_study(study),

@@ -28,7 +28,6 @@ pub struct ContactSummary {
 
 impl ContactSummary {
     /// Summary of a contact.
-    #[must_use]
     pub fn of(contact: &DeepestContact) -> Self {
         let map = &contact.map;
         Self {
@@ -48,7 +47,6 @@ impl ContactSummary {
 }
 
 /// Describes the contact in one line.
-#[must_use]
 pub fn sentence(contact: Option<&DeepestContact>) -> String {
     let Some(DeepestContact { depth_m, map, .. }) = contact else { return "nothing was touched: no contact map".into() };
     let [x, y, z] = (map.centre_m * 1e3).into();
@@ -63,9 +61,6 @@ pub fn sentence(contact: Option<&DeepestContact>) -> String {
 }
 
 /// Writes contact.csv, with the triangles that exert pressure, and their picture.
-///
-/// # Errors
-/// The folder cannot be written.
 pub fn write(folder: &OutputFolder, scene: &Scene, session: &Session, contact: &DeepestContact) -> Result<(), Error> {
     let model = session.patch.wide_model();
     let corners = |nodes: [u16; 3]| nodes.map(|n| contact.nodes_m[usize::from(n)].cast::<f64>());

@@ -34,7 +34,6 @@ pub enum Error {
 
 impl Error {
     /// 1 when a check failed, 2 on bad input.
-    #[must_use]
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Tissue(TissueError::Check(_)) => 1,

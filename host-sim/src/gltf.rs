@@ -20,9 +20,6 @@ const MAGIC: &[u8; 4] = b"glTF";
 const VERSION: u32 = 2;
 
 /// Writes `press.glb`.
-///
-/// # Errors
-/// The folder cannot be written.
 pub fn write(folder: &OutputFolder, session: &Session, holds: &[Hold]) -> Result<(), Error> {
     Ok(folder.write("press.glb", &document(session, holds))?)
 }

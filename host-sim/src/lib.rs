@@ -29,14 +29,12 @@ mod usda;
 mod vtu;
 
 /// Reads the command line, runs the command and reports an error in one line.
-#[must_use]
 pub fn run() -> ExitCode {
     run_with(Cli::run)
 }
 
 /// Reads the command line and runs the study that it asks for, for a program that has the studies
 /// and was built from this commit.
-#[must_use]
 pub fn run_study(commit: &'static str, study: impl FnOnce(Study<'_>) -> Result<(), Error>) -> ExitCode {
     provenance::built_from(commit);
     run_with(|cli| cli.run_study(study))

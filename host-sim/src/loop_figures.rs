@@ -22,9 +22,6 @@ const LIMIT_MN_PER_SQRT_HZ: f64 = 0.913;
 const RESTS: f64 = 0.02;
 
 /// Draws `<name>_force`, `_depth`, `_energy` and `_spectrum` as SVG and PNG.
-///
-/// # Errors
-/// The folder cannot be written.
 pub fn draw(folder: &OutputFolder, name: &str, below: &str, run: &Run, site: &Site) -> Result<(), ChartError> {
     let shown = shown(run, site);
     let stride = shown.len().div_ceil(POINTS).max(1);

@@ -64,9 +64,6 @@ struct HoldSummary {
 }
 
 /// Writes every file of a run.
-///
-/// # Errors
-/// The folder cannot be written.
 pub fn write(
     folder: &OutputFolder,
     scene: &Scene,

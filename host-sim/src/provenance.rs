@@ -40,13 +40,11 @@ struct Computer {
 }
 
 /// Provenance of this process's results, with the scene if there is one.
-#[must_use]
 pub fn of(scene: Option<&Scene>) -> Value {
     told(&command_line(), Computer { processor: processor(), cores: cores() }, scene)
 }
 
 /// Provenance of a result whose cases ran elsewhere, with this command line.
-#[must_use]
 pub fn of_cases(command_line: &[String], processor: String, cores: usize, scene: Option<&Scene>) -> Value {
     told(command_line, Computer { processor, cores }, scene)
 }
@@ -99,7 +97,6 @@ fn rfc3339(seconds: u64) -> String {
 }
 
 /// Arguments of this process that affect a result. Those of `check chart` are those of `chart`.
-#[must_use]
 pub fn command_line() -> Vec<String> {
     deciding(std::env::args_os().skip(1).map(|argument| argument.to_string_lossy().into_owned()))
 }

@@ -10,9 +10,6 @@ use crate::error::Error;
 
 /// Draws `section`, if the press has a hold; `probe_at` returns the probe with its tip at a
 /// position [m].
-///
-/// # Errors
-/// The folder cannot be written.
 pub fn draw(
     folder: &OutputFolder,
     scene: &Scene,

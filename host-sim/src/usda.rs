@@ -11,9 +11,6 @@ use crate::error::Error;
 
 /// Writes `press.usda`: the tissue at rest, and at time code `k + 1` as it is at the end of hold
 /// `k`.
-///
-/// # Errors
-/// The folder cannot be written.
 pub fn write(folder: &OutputFolder, session: &Session, holds: &[Hold]) -> Result<(), Error> {
     let model = session.patch.wide_model();
     let rest: Vec<[f32; 3]> = model.nodes.iter().map(|node| node.rest_m).collect();
@@ -28,7 +25,6 @@ pub fn write(folder: &OutputFolder, session: &Session, holds: &[Hold]) -> Result
 
 /// The text of a `.usda` file: points at rest in metres, and at each time code from 0 in `frames`,
 /// which may be empty.
-#[must_use]
 pub fn document<T: Display>(points_m: &[[T; 3]], tets: &[[u32; 4]], frames: &[Vec<[T; 3]>]) -> String {
     let last = frames.len().saturating_sub(1);
     let mut text = format!(

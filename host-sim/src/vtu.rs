@@ -9,9 +9,6 @@ use palpate_tissue::press::Hold;
 use palpate_tissue::session::Session;
 
 /// Writes `press_<k>.vtu`; ParaView opens the numbered files as a series.
-///
-/// # Errors
-/// The folder cannot be written.
 pub fn write(folder: &OutputFolder, session: &Session, k: usize, hold: &Hold) -> Result<(), Error> {
     let model = session.patch.wide_model();
     let position = |n: usize| {
@@ -58,7 +55,6 @@ impl Array {
 }
 
 /// The text of a `.vtu` file of tets, with positions in metres.
-#[must_use]
 pub fn document(points_m: &[[f64; 3]], tets: &[[u32; 4]], at_points: &[Array], in_cells: &[Array]) -> String {
     let text = |arrays: &[Array]| arrays.iter().map(|array| array.text.as_str()).collect::<String>();
     format!(

@@ -34,13 +34,11 @@ impl Bench {
     ///
     /// # Panics
     /// Panics if the block generator refuses the node count.
-    #[must_use]
     pub fn block(nodes: usize) -> Self {
         Self::build(nodes, 1.0, true, 4)
     }
 
     /// The default block with 4, 9 or 16 foundation points per triangle.
-    #[must_use]
     pub fn with_points(nodes: usize, points_per_triangle: usize) -> Self {
         Self::build(nodes, 1.0, true, points_per_triangle)
     }
@@ -49,7 +47,6 @@ impl Bench {
     ///
     /// # Panics
     /// Panics if no shipped patch has this node count.
-    #[must_use]
     pub fn calibrated(nodes: usize) -> Self {
         let (patch, packed) = palpate_tissue::session::calibrated::sized(nodes).expect("a size that ships");
         let params = Params { limits: limits(&patch, f64::from(packed.tick_s)), substeps: 1, ..packed };
@@ -57,13 +54,11 @@ impl Bench {
     }
 
     /// The default block with every length multiplied by `scale`, including the probe's radius.
-    #[must_use]
     pub fn scaled(nodes: usize, scale: f64) -> Self {
         Self::build(nodes, scale, true, 4)
     }
 
     /// The default block without fixed nodes.
-    #[must_use]
     pub fn floating(nodes: usize) -> Self {
         Self::build(nodes, 1.0, false, 4)
     }
@@ -73,7 +68,6 @@ impl Bench {
     ///
     /// # Panics
     /// Panics if the block generator refuses the node count or the patch covers the whole block.
-    #[must_use]
     pub fn far_field(nodes: usize, radius_m: f64) -> Self {
         let whole = Self::tissue(nodes, 1.0, true);
         let sizes = Sizes { radius_m, fine_m: 0.0, fine_radius_m: 0.0, growth: 0.0 };
@@ -112,21 +106,18 @@ impl Bench {
     }
 
     /// Returns the patch with its parameters changed by `change`.
-    #[must_use]
     pub fn with(mut self, change: impl FnOnce(&mut Params)) -> Self {
         change(&mut self.params);
         self
     }
 
     /// Memory in which the patch runs.
-    #[must_use]
     pub fn memory(&self) -> Memory {
         Memory::for_model(&self.patch.wide_model())
     }
 }
 
 /// Position of a tip at this depth below the centre of the block's top [m].
-#[must_use]
 pub fn at_depth(depth_m: f32) -> Vector3<f32> {
     Vector3::new(0.0, 0.0, -depth_m)
 }
@@ -137,7 +128,6 @@ pub struct Noise(SplitMix64);
 
 impl Noise {
     /// Starts a sequence from a seed.
-    #[must_use]
     pub fn new(seed: u64) -> Self {
         Self(SplitMix64::seed_from_u64(seed))
     }
@@ -166,7 +156,6 @@ pub struct Deformation {
 
 impl Deformation {
     /// Deformed node positions [m]; anchors are moved as well.
-    #[must_use]
     pub fn of(&self, model: &Model) -> Vec<Vector3<f32>> {
         let mut noise = Noise::new(self.seed);
         let gradient = [noise.vector(), noise.vector(), noise.vector()];

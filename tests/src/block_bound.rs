@@ -13,7 +13,6 @@ use crate::thumb::{classify, is_wide};
 ///
 /// # Panics
 /// Panics if an address is not in the image.
-#[must_use]
 pub fn cycles(image: &FirmwareImage, ticks: &[Vec<u32>]) -> f64 {
     let instruction = |address: u32| {
         let second = image.halfword_at(address + 2).unwrap_or(0);
@@ -42,7 +41,6 @@ pub fn cycles(image: &FirmwareImage, ticks: &[Vec<u32>]) -> f64 {
 
 /// Addresses of the instructions in executed blocks, which are given by address and size. A place
 /// outside the image is the model's, to which interrupts return.
-#[must_use]
 pub fn instructions(image: &FirmwareImage, blocks: &[[u32; 2]]) -> Vec<u32> {
     let mut executed = Vec::new();
     for [mut at, bytes] in blocks.iter().copied() {
@@ -56,7 +54,6 @@ pub fn instructions(image: &FirmwareImage, blocks: &[[u32; 2]]) -> Vec<u32> {
 }
 
 /// Address in the code of the constant that an instruction reads, if it reads one.
-#[must_use]
 pub fn constant(image: &FirmwareImage, address: u32) -> Option<u32> {
     let [first, second] = [image.halfword_at(address)?, image.halfword_at(address + 2).unwrap_or(0)].map(u32::from);
     let (bytes, below) = match first {
@@ -89,13 +86,11 @@ impl Flash {
 
     /// Cycles that code waits: for each line that is not among the last ones used. Lines that a
     /// prefetch would have read meanwhile are waited for as well.
-    #[must_use]
     pub fn waited(&self, executed: impl IntoIterator<Item = u32>) -> f64 {
         self.missed(executed, self.lines)
     }
 
     /// Cycles that constants in the code wait.
-    #[must_use]
     pub fn waited_for_constants(&self, read: impl IntoIterator<Item = u32>) -> f64 {
         self.missed(read, self.constants)
     }

@@ -158,7 +158,6 @@ impl BoardOnAPort {
     ///
     /// # Panics
     /// Panics if there is no emulator or no pseudo-terminal.
-    #[must_use]
     pub fn start(elf: &Path, machine: EmulatedBoard, pace: Pace) -> Self {
         Self::start_with(elf, machine, pace, Hand::Tip)
     }
@@ -167,7 +166,6 @@ impl BoardOnAPort {
     ///
     /// # Panics
     /// Panics if there is no emulator or no pseudo-terminal.
-    #[must_use]
     pub fn start_after_crashes(elf: &Path, machine: EmulatedBoard, pace: Pace) -> Self {
         let [resets, cause] = ["resets::RESETS", "resets::CAUSE"].map(|name| variable(elf, name));
         let words = |at: u64, words: &[u32]| -> Vec<(u64, u32)> { (at..).step_by(4).zip(words.iter().copied()).collect() };
@@ -180,7 +178,6 @@ impl BoardOnAPort {
     ///
     /// # Panics
     /// Panics if there is no emulator or no pseudo-terminal.
-    #[must_use]
     pub fn start_with(elf: &Path, machine: EmulatedBoard, pace: Pace, hand: Hand) -> Self {
         Self::launch(elf, machine, pace, hand, &[])
     }
@@ -237,7 +234,6 @@ impl BoardOnAPort {
     }
 
     /// Path of the port.
-    #[must_use]
     pub fn port(&self) -> &str {
         &self.port
     }
@@ -262,7 +258,6 @@ impl BoardOnAPort {
     ///
     /// # Panics
     /// Panics if the board has not sent a record yet.
-    #[must_use]
     pub fn truth(&self) -> Truth {
         held(&self.truth).expect("a record has come")
     }
@@ -306,13 +301,11 @@ impl BoardOnAPort {
 
 impl Truth {
     /// Magnitude of the force on the device [N].
-    #[must_use]
     pub fn force_n(&self) -> f32 {
         self.record.applied_n.iter().map(|n| n * n).sum::<f32>().sqrt()
     }
 
     /// Mode in the record; `None` if its number is unknown.
-    #[must_use]
     pub fn mode(&self) -> Option<Mode> {
         self.record.mode()
     }

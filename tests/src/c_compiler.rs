@@ -17,13 +17,11 @@ pub enum Language {
 
 impl Language {
     /// Language of a file, by its extension.
-    #[must_use]
     pub fn of(file: &Path) -> Self {
         if file.extension() == Some(OsStr::new("c")) { Self::C } else { Self::Cpp }
     }
 
     /// Command of the compiler: the value of `CC` or `CXX`, or the system's default.
-    #[must_use]
     pub fn compiler(self) -> String {
         let (variable, name) = match self {
             Self::C => ("CC", "cc"),
@@ -33,14 +31,12 @@ impl Language {
     }
 
     /// Whether the compiler is installed; prints a message if not.
-    #[must_use]
     pub fn is_here(self) -> bool {
         has(&self.compiler(), "--version", "programs of that language are not tested")
     }
 }
 
 /// Whether `tool` starts and succeeds with the argument `asked`; if not, prints what is skipped.
-#[must_use]
 pub fn has(tool: &str, asked: &str, skipped: &str) -> bool {
     let started = Command::new(tool).arg(asked).output().is_ok_and(|output| output.status.success());
     if !started {
@@ -53,7 +49,6 @@ pub fn has(tool: &str, asked: &str, skipped: &str) -> bool {
 ///
 /// # Panics
 /// Panics if the library was not built.
-#[must_use]
 pub fn library() -> PathBuf {
     let own = std::env::current_exe().expect("a test knows its own program");
     let path = own.with_file_name("libpalpate_c.a");
@@ -67,7 +62,6 @@ pub fn library() -> PathBuf {
 ///
 /// # Panics
 /// Panics if the compiler reports an error.
-#[must_use]
 pub fn compile(file: &Path, folder: &Path, name: &str, linked: bool, more: &[&str]) -> PathBuf {
     let (language, made) = (Language::of(file), folder.join(name));
     let bindings = repository().join("host-sim/bindings");
@@ -89,7 +83,6 @@ pub fn compile(file: &Path, folder: &Path, name: &str, linked: bool, more: &[&st
 ///
 /// # Panics
 /// Panics if the program cannot be started or fails.
-#[must_use]
 pub fn run(command: &mut Command) -> String {
     let Output { status, stdout, stderr } = command.output().expect("the program was just built");
     assert!(status.success(), "{command:?}: {status}\n{}{}", text(&stdout), text(&stderr));

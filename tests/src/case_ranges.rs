@@ -9,7 +9,6 @@ use crate::palpate_command::{Desk, palpate};
 ///
 /// # Panics
 /// The folder cannot be read.
-#[must_use]
 pub fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut found = BTreeMap::new();
     for entry in std::fs::read_dir(folder).expect("the folder is there").flatten() {

@@ -98,10 +98,6 @@ pub struct Planned {
 
 /// Plants the crash in a board that has not started yet and starts the board. Does so again after
 /// each reset, because the emulator then loads the image anew.
-///
-/// # Errors
-/// Returns an error if the image has no such code, or if its function begins with instructions that
-/// cannot be moved.
 pub fn plant(debugger: &mut Debugger, image: &FirmwareImage, planned: &Planned) -> io::Result<()> {
     let main = image.function_named("palpate_firmware::__cortex_m_rt_main").map(|main| main.address);
     let main = main.ok_or_else(|| io::Error::other("the image has no main"))?;
@@ -145,7 +141,6 @@ fn write(debugger: &mut Debugger, image: &FirmwareImage, planned: &Planned) -> i
 }
 
 /// Whether an executed instruction belongs to the crash.
-#[must_use]
 pub fn is_of_crash(address: u32) -> bool {
     (CRASH..LOCATION).contains(&address)
 }

@@ -7,7 +7,6 @@ use std::fmt::Write;
 ///
 /// # Panics
 /// Never panics: writing to a string does not fail.
-#[must_use]
 pub fn cube(n: usize, side: f64) -> String {
     let node = |[x, y, z]: [usize; 3]| 1 + x + n * (y + n * z);
     let all = |m: usize| (0..m * m * m).map(move |i| [i % m, i / m % m, i / m / m]);
@@ -37,7 +36,6 @@ pub fn cube(n: usize, side: f64) -> String {
 ///
 /// # Panics
 /// Never panics: writing to a string does not fail.
-#[must_use]
 pub fn chain(nodes: usize) -> String {
     let mut text = format!("$NOD\n{nodes}\n");
     for node in 1..=nodes {

@@ -18,9 +18,6 @@ pub struct Debugger {
 
 impl Debugger {
     /// Connects to the socket, which the emulator opens when it starts.
-    ///
-    /// # Errors
-    /// Returns an error if no emulator answers.
     pub fn connect(socket: &Path) -> io::Result<Self> {
         let begun = Instant::now();
         let socket = loop {
@@ -36,9 +33,6 @@ impl Debugger {
 
     /// Runs the board to the instruction at this address. The first step leaves the current
     /// instruction, at which a breakpoint would stop the board at once.
-    ///
-    /// # Errors
-    /// Returns an error if the run ended earlier.
     pub fn run_to(&mut self, address: u32) -> io::Result<()> {
         self.stopped("s")?;
         self.expect(&format!("Z1,{address:x},2"), "OK")?;
@@ -52,9 +46,6 @@ impl Debugger {
     }
 
     /// Reads words of memory.
-    ///
-    /// # Errors
-    /// Returns an error if there is no memory at this address.
     pub fn read(&mut self, address: u32, words: usize) -> io::Result<Vec<u32>> {
         let answer = self.ask(&format!("m{address:x},{:x}", 4 * words))?;
         let bytes = bytes(&answer).filter(|bytes| bytes.len() == 4 * words).ok_or_else(|| refused("read", &answer))?;
@@ -62,25 +53,16 @@ impl Debugger {
     }
 
     /// Writes bytes into memory; code memory can be written too.
-    ///
-    /// # Errors
-    /// Returns an error if there is no memory at this address.
     pub fn write(&mut self, address: u32, bytes: &[u8]) -> io::Result<()> {
         self.expect(&format!("M{address:x},{:x}:{}", bytes.len(), hex(bytes)), "OK")
     }
 
     /// Sends a command to the emulator's monitor.
-    ///
-    /// # Errors
-    /// Returns an error if the command is refused or prints anything.
     pub fn monitor(&mut self, command: &str) -> io::Result<()> {
         self.expect(&format!("qRcmd,{}", hex(command.as_bytes())), "OK")
     }
 
     /// Disconnects and lets the board run.
-    ///
-    /// # Errors
-    /// Returns an error if the stub refuses.
     pub fn detach(mut self) -> io::Result<()> {
         match self.expect("D", "OK") {
             // the board runs on at once and may have ended before the acknowledgement arrives

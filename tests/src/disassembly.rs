@@ -19,7 +19,6 @@ fn tool(name: &str) -> PathBuf {
 ///
 /// # Panics
 /// Panics if the toolchain has no `llvm-tools`; `rust-toolchain.toml` asks for them.
-#[must_use]
 pub fn of(elf: &Path) -> String {
     let what = ["-D", "-C", "--section=.text", "--section=.fast_code", "--mcpu=cortex-m7"];
     let output = Command::new(tool("llvm-objdump")).args(what).arg(elf).output().expect("llvm-objdump runs");
@@ -30,7 +29,6 @@ pub fn of(elf: &Path) -> String {
 ///
 /// # Panics
 /// Panics if the toolchain has no `llvm-tools`.
-#[must_use]
 pub fn sections(elf: &Path) -> Vec<(String, u64, u64)> {
     let output = Command::new(tool("llvm-size")).args(["-A", "-d"]).arg(elf).output().expect("llvm-size runs");
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
@@ -45,7 +43,6 @@ pub fn sections(elf: &Path) -> Vec<(String, u64, u64)> {
 ///
 /// # Panics
 /// Panics if the toolchain has no `llvm-tools` or the image has no such variable.
-#[must_use]
 pub fn variable(elf: &Path, end: &str) -> u64 {
     let output = Command::new(tool("llvm-nm")).arg("-C").arg(elf).output().expect("llvm-nm runs");
     let text = String::from_utf8_lossy(&output.stdout).into_owned();

@@ -325,7 +325,6 @@ fn drain(pipe: Option<impl Read + Send + 'static>) -> thread::JoinHandle<Vec<u8>
 
 impl Outcome {
     /// The number after `key=` in the plain text; the last one if there are several.
-    #[must_use]
     pub fn number(&self, key: &str) -> Option<u64> {
         value(&self.text, key)?.parse().ok()
     }
@@ -336,7 +335,6 @@ impl Outcome {
     }
 
     /// Decoded defmt messages.
-    #[must_use]
     pub fn messages(&self, elf: &[u8]) -> String {
         defmt_log::decode(elf, &self.frames)
     }
@@ -344,7 +342,6 @@ impl Outcome {
 
 impl RunResult {
     /// Parses the last line of this form in a text.
-    #[must_use]
     pub fn parse(text: &str) -> Option<Self> {
         let line = text.lines().rfind(|line| line.contains("state_hash="))?;
         let hash = |key| u64::from_str_radix(value(line, key)?, 16).ok();

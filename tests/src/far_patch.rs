@@ -39,7 +39,6 @@ impl FarPatch {
     ///
     /// # Panics
     /// Panics if the sizes do not fit the default block.
-    #[must_use]
     pub fn quick(radius_m: f64, fine_m: f64) -> &'static Self {
         static FITTED: Mutex<BTreeMap<[u64; 2], &'static OnceLock<FarPatch>>> = Mutex::new(BTreeMap::new());
         let sizes = [radius_m, fine_m].map(f64::to_bits);
@@ -75,7 +74,6 @@ impl FarPatch {
 
     /// The patch, ready to run to the depth `deep_m` [m], with the limits that follow from its
     /// elements.
-    #[must_use]
     pub fn bench(&self, deep_m: f32) -> Bench {
         let mut patch = self.fitted.patch.clone();
         patch.set_depth_limit_m(deep_m);
@@ -89,7 +87,6 @@ impl FarPatch {
     ///
     /// # Panics
     /// Panics if the scene refuses the inclusions.
-    #[must_use]
     pub fn with_balls(&self, balls: &[Inclusion], deep_m: f32) -> (Bench, Prepared) {
         let mut scene = self.scene.clone();
         scene.tissue.inclusion = balls.to_vec();

@@ -40,7 +40,6 @@ pub struct FreeHandle {
 
 impl FreeHandle {
     /// Creates a handle with the mass, the friction, the delay and the lag of a device.
-    #[must_use]
     pub fn new(device: &DeviceProfile, mistake: Mistake) -> Self {
         let plant = Plant::new(device, HANDS[1], Vector3::zeros(), Vector3::z(), Vector3::zeros());
         Self { plant, mistake, user: User::Moves(VecDeque::new()), driven: false, largest_n: 0.0 }
@@ -69,19 +68,16 @@ impl FreeHandle {
     }
 
     /// Whether a motion by hand goes on.
-    #[must_use]
     pub fn moves(&self) -> bool {
         matches!(&self.user, User::Moves(path) if !path.is_empty())
     }
 
     /// Whether the board has its outputs on.
-    #[must_use]
     pub fn driven(&self) -> bool {
         self.driven
     }
 
     /// Largest force of a motor since the start [N].
-    #[must_use]
     pub fn largest_n(&self) -> f32 {
         self.largest_n
     }

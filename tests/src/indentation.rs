@@ -67,13 +67,11 @@ impl Tally {
     }
 
     /// Share of cases whose truth lies in the interval (1).
-    #[must_use]
     pub fn inside(&self) -> f64 {
         self.inside / self.cases
     }
 
     /// Share of the told values that are right (1).
-    #[must_use]
     pub fn told_right(&self) -> f64 {
         self.told_right / self.told
     }
@@ -97,7 +95,6 @@ impl fmt::Display for Tally {
 
 impl Indentation {
     /// A case of the study: thickness 5 to 40 mm, tip 2 to 10 mm, noise 1 to 3 %, one term or two.
-    #[must_use]
     pub fn drawn(case: u64) -> Self {
         let mut random = Xoshiro256PlusPlus::seed_from_u64(case);
         let mut draw = |low: f64, high: f64| between(&mut random, low, high);
@@ -120,13 +117,11 @@ impl Indentation {
     }
 
     /// Rows of time [s], depth [m] and force [N]. Depths are counted from where the tip starts.
-    #[must_use]
     pub fn rows(&self) -> Vec<[f64; 3]> {
         self.repeated(1).remove(0)
     }
 
     /// Rows of several tests, which differ in their noise.
-    #[must_use]
     pub fn repeated(&self, tests: u64) -> Vec<Vec<[f64; 3]>> {
         let curve = Elastic::solve_with(&self.setup, self.depth_m, &[self.tissue.stiffening_b], FINENESS).unwrap();
         let curve = curve.at(self.tissue.stiffening_b);
@@ -161,7 +156,6 @@ impl Indentation {
     }
 
     /// The rows as the file of the guide.
-    #[must_use]
     pub fn csv(&self) -> String {
         let head = "# Made up by a program (tests/src/indentation.rs), not measured: E = 12 kPa, b = 0.3, one relaxation term of\n\
                     # share 0.2 and 2 s, nu = 0.45, noise 1 %; a ball of radius 4 mm on a slab of 50 x 50 x 10 mm.\n\
@@ -171,7 +165,6 @@ impl Indentation {
     }
 
     /// The data set of the guide.
-    #[must_use]
     pub fn phantom() -> Self {
         Self {
             setup: Setup { ball_m: 4e-3, block_m: [0.05, 0.05, 0.01], poisson_ratio: 0.45 },

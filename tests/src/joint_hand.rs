@@ -9,7 +9,6 @@ use palpate_controller::kinematics::{Kind, MechanismProfile};
 ///
 /// # Panics
 /// Panics if the arms of a pantograph do not meet.
-#[must_use]
 pub fn tip_m(mechanism: &MechanismProfile, [q1, q2, q3]: [f64; 3]) -> Vector3<f64> {
     let [a, b, c, d, e] = mechanism.dimensions.map(f64::from);
     match mechanism.kind {
@@ -30,7 +29,6 @@ pub fn tip_m(mechanism: &MechanismProfile, [q1, q2, q3]: [f64; 3]) -> Vector3<f6
 
 /// Derivative of the tip position with respect to the joint angles, by central differences: one
 /// column per joint [m].
-#[must_use]
 pub fn jacobian_m(mechanism: &MechanismProfile, joints_rad: [f64; 3]) -> Matrix3<f64> {
     const STEP_RAD: f64 = 1e-5;
     let column = |joint: usize| {
@@ -48,7 +46,6 @@ pub fn jacobian_m(mechanism: &MechanismProfile, joints_rad: [f64; 3]) -> Matrix3
 }
 
 /// Joint angles for encoder counts since the home pose [rad].
-#[must_use]
 pub fn joints_rad(mechanism: &MechanismProfile, counts: [i32; 3]) -> [f64; 3] {
     std::array::from_fn(|joint| {
         f64::from(mechanism.home_rad[joint]) + f64::from(counts[joint]) * f64::from(mechanism.rad_per_count[joint])
@@ -56,7 +53,6 @@ pub fn joints_rad(mechanism: &MechanismProfile, counts: [i32; 3]) -> [f64; 3] {
 }
 
 /// Encoder counts since the home pose that bring the tip nearest to a position [m].
-#[must_use]
 pub fn counts_at(mechanism: &MechanismProfile, place_m: Vector3<f64>) -> [i32; 3] {
     let mut joints = mechanism.home_rad.map(f64::from);
     for _ in 0..30 {

@@ -80,7 +80,6 @@ pub const MISTAKES: [Mistake; 20] = [
 
 impl Mistake {
     /// The wiring that a commissioning has to find.
-    #[must_use]
     pub fn wiring(&self) -> Wiring {
         let mut wiring = Wiring::STRAIGHT;
         for (wire, axis) in self.reads.into_iter().enumerate() {
@@ -95,13 +94,11 @@ impl Mistake {
     }
 
     /// Values on the encoders' wires for a position [m].
-    #[must_use]
     pub fn readings(&self, at_m: Vector3<f32>) -> [f32; 3] {
         self.reads.map(|axis| at_m[axis] * self.read_sign[axis] * self.unit)
     }
 
     /// Force [N] for the commands on the motors' wires.
-    #[must_use]
     pub fn force_n(&self, commands: [f32; 3]) -> Vector3<f32> {
         let mut force_n = Vector3::zeros();
         for (axis, command) in self.drives.into_iter().zip(commands) {
@@ -131,9 +128,6 @@ const MOST_TICKS: u32 = 300_000;
 
 /// Runs the whole commissioning of a device with a mistake. `error` is the relative error of the
 /// distances by which the hand moves the handle (1).
-///
-/// # Errors
-/// Returns the [`Trouble`] that ended it.
 pub fn commissioned(device: &DeviceProfile, mistake: &Mistake, hand: HandsOff, error: f64) -> Result<Commissioned, Trouble> {
     let grip = if let HandsOff::Held(hand) = hand { hand } else { HANDS[0] };
     let mut plant = Plant::new(device, grip, Vector3::zeros(), Vector3::z(), Vector3::zeros());

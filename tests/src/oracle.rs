@@ -51,7 +51,6 @@ pub struct Oracle<'a> {
 
 impl<'a> Oracle<'a> {
     /// Reads the model and applies the documented factors.
-    #[must_use]
     pub fn new(model: Model<'a>, params: Params) -> Self {
         let none = || vec![Vec::new(); model.nodes.len()];
         let (mut springs_at, mut tets_at, mut rim_nodes_at, mut rim_edges_at) = (none(), none(), none(), none());
@@ -109,7 +108,6 @@ impl<'a> Oracle<'a> {
 
     /// Diagonal of the mass matrix at a node [kg]; an anchor has the value that it would have if it
     /// were free.
-    #[must_use]
     pub fn mass_kg(&self, node: usize) -> f64 {
         self.mass_kg[node]
     }
@@ -169,13 +167,11 @@ impl<'a> Oracle<'a> {
     }
 
     /// Young's modulus [Pa].
-    #[must_use]
     pub fn youngs_modulus_pa(&self) -> f64 {
         f64::from(self.params.youngs_modulus_pa)
     }
 
     /// Potential energy of the tissue, without contact [J].
-    #[must_use]
     pub fn energy_j(&self, x: &[Vector]) -> f64 {
         let at = |n: usize| -> Point<f64> { x[n].into() };
         let springs = self.model.springs.iter().map(|s| of_spring(s, &self.params, at(s.i.into()), at(s.j.into())));
@@ -200,7 +196,6 @@ impl<'a> Oracle<'a> {
     }
 
     /// Forces on the nodes without contact [N], including anchors.
-    #[must_use]
     pub fn forces_n(&self, x: &[Vector]) -> Vec<Vector> {
         let around = self.six_volumes(x);
         (0..x.len()).map(|n| -self.slope(x, &around, n) * self.youngs_modulus_pa()).collect()
@@ -208,7 +203,6 @@ impl<'a> Oracle<'a> {
 
     /// Forces of the foundation on the nodes [N], at the end of a substep in which the forces
     /// `inner` [N] act as well.
-    #[must_use]
     pub fn contact_n(&self, x: &[Vector], v: &[Vector], inner: &[Vector], tip: Tip) -> Vec<Vector> {
         self.contact(x, v, inner, tip).into_iter().map(|(push, _)| push).collect()
     }

@@ -27,7 +27,6 @@ const LOADED_M: f64 = 0.012;
 ///
 /// # Panics
 /// Panics if no shipped patch has this name.
-#[must_use]
 pub fn shipped(name: &str) -> PathBuf {
     repository().join("firmware/patches").join(name).canonicalize().expect("a patch that ships")
 }
@@ -36,7 +35,6 @@ pub fn shipped(name: &str) -> PathBuf {
 ///
 /// # Panics
 /// Panics if the file cannot be read.
-#[must_use]
 pub fn on_words(file: &Path) -> &'static [u8] {
     let bytes = std::fs::read(file).expect("a patch file");
     let words: &'static mut [u32] = Vec::leak(vec![0; bytes.len().div_ceil(4)]);
@@ -49,7 +47,6 @@ pub fn on_words(file: &Path) -> &'static [u8] {
 ///
 /// # Panics
 /// Never panics: these sizes fit the default block.
-#[must_use]
 pub fn cut_block() -> Prepared {
     let scene = Scene::load("block").expect("the default scene");
     Prepared::of(&scene, &Recipe::new(RADIUS_M, ELEMENT_M, scene.probe.radius_m)).expect("a block that allows the cut")
@@ -60,7 +57,6 @@ pub fn cut_block() -> Prepared {
 ///
 /// # Panics
 /// Panics if the refined outside cannot be condensed.
-#[must_use]
 pub fn with_finer_outside(prepared: &Prepared, times: usize) -> Prepared {
     let mut cut = prepared.far.cut.clone();
     for _ in 0..times {
@@ -94,7 +90,6 @@ pub fn with_finer_outside(prepared: &Prepared, times: usize) -> Prepared {
 ///
 /// # Panics
 /// Panics if no session accepts the patch or the folder cannot be written.
-#[must_use]
 pub fn pack(prepared: &Prepared, folder: &Path, name: &str) -> PathBuf {
     let session = Session::of_fitted(&MACHINES[1], prepared.patch(), prepared.params).expect("a patch that keeps 1 kHz");
     let bytes = session.patch.pack(&session.params, session.stable.pressed_s as f32);
@@ -107,7 +102,6 @@ pub fn pack(prepared: &Prepared, folder: &Path, name: &str) -> PathBuf {
 ///
 /// # Panics
 /// Panics if the file is not a patch or cannot be written.
-#[must_use]
 pub fn without_rim_edges(file: &Path, name: &str) -> PathBuf {
     let packed = PatchFile::open(on_words(file)).expect("a patch");
     let model = Model { rim_edges: &[], ..packed.model };

@@ -27,10 +27,27 @@ pub struct Outcome {
 ///
 /// # Panics
 /// Panics if the tests are not in a repository.
-#[must_use]
 pub fn repository() -> &'static Path {
     let ancestors = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors();
     ancestors.into_iter().find(|folder| folder.join("rust-toolchain.toml").is_file()).expect("the tests are in the repository")
+}
+
+/// Files below folders of the repository whose names end with `end`, in order; without hidden
+/// folders and what was built.
+pub fn files_below(folders: &[&str], end: &str) -> Vec<PathBuf> {
+    let (mut folders, mut files) = (folders.iter().map(|f| repository().join(f)).collect::<Vec<_>>(), Vec::new());
+    while let Some(folder) = folders.pop() {
+        for path in std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path()) {
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            if path.is_dir() && !name.starts_with('.') && !["target", "out"].contains(&&*name) {
+                folders.push(path);
+            } else if path.is_file() && name.ends_with(end) {
+                files.push(path);
+            }
+        }
+    }
+    files.sort();
+    files
 }
 
 /// Path of the program; builds `palpate-full` once. `scratch` is the test's `CARGO_TARGET_TMPDIR`,
@@ -73,7 +90,6 @@ pub fn binary(scratch: &str) -> &'static Path {
 ///
 /// # Panics
 /// Panics if a summary does not follow the schema.
-#[must_use]
 pub fn palpate(scratch: &str, folder: &Path, arguments: &[&str]) -> Outcome {
     let output = Command::new(binary(scratch))
         .args(arguments)
@@ -130,7 +146,6 @@ impl Default for Desk {
 
 impl Desk {
     /// Path of the folder.
-    #[must_use]
     pub fn folder(&self) -> &Path {
         self.0.path()
     }
@@ -141,7 +156,6 @@ impl Desk {
     }
 
     /// Names of everything in the folder, sorted.
-    #[must_use]
     pub fn listing(&self) -> Vec<String> {
         let entries = std::fs::read_dir(self.0.path()).expect("a temporary folder can be read");
         let mut names: Vec<_> = entries.flatten().map(|e| e.file_name().to_string_lossy().into_owned()).collect();

@@ -41,9 +41,6 @@ struct Line {
 pub struct Listing(BTreeMap<u32, Line>);
 
 /// Addresses of the instructions that each call of `function` executed, callees included.
-///
-/// # Errors
-/// Returns an error if the log cannot be read.
 pub fn executed(
     function: &str,
     image: &FirmwareImage,
@@ -74,7 +71,6 @@ pub fn executed(
 
 impl Listing {
     /// Disassembles an image.
-    #[must_use]
     pub fn of(elf: &Path) -> Self {
         Self(disassembly::of(elf).lines().filter_map(parse).collect())
     }
@@ -85,7 +81,6 @@ impl Listing {
 
     /// Cycles that a Cortex-M4F stalls because an instruction reads the result of the
     /// floating-point operation right before it (Arm DDI 0439B, table 7-1: one cycle).
-    #[must_use]
     pub fn result_stalls(&self, executed: &[u32]) -> u64 {
         let mut result: Option<&str> = None;
         let mut stalls = 0;
@@ -100,7 +95,6 @@ impl Listing {
     ///
     /// # Panics
     /// Panics if `llvm-mca` cannot be run, or refuses its input without naming the line.
-    #[must_use]
     pub fn cycles(&self, core: Core, executed: &[u32]) -> Option<f64> {
         let mut left_out: Vec<String> = Vec::new();
         for _ in 0..MOST_KINDS {

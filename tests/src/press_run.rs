@@ -30,7 +30,6 @@ hold_s = 0.3
 ///
 /// # Panics
 /// Panics if the part does not occur exactly once, because the test would then check nothing.
-#[must_use]
 pub fn edited(text: &str, from: &str, to: &str) -> String {
     assert_eq!(text.matches(from).count(), 1, "`{from}` in:\n{text}");
     text.replace(from, to)
@@ -51,7 +50,6 @@ impl Table {
     /// # Panics
     /// Panics if the file is missing, a cell is not a number, or a row has more or fewer cells than
     /// the header.
-    #[must_use]
     pub fn read(path: &Path) -> Self {
         let text = std::fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
         let mut lines = text.lines();
@@ -66,7 +64,6 @@ impl Table {
     ///
     /// # Panics
     /// Panics if there is no such column.
-    #[must_use]
     pub fn column(&self, name: &str) -> Vec<f64> {
         let at = self.header.iter().position(|h| h == name).unwrap_or_else(|| panic!("no column {name} in {:?}", self.header));
         self.rows.iter().map(|r| r[at]).collect()
@@ -108,7 +105,6 @@ pub struct Hold {
 ///
 /// # Panics
 /// Panics if `press` does not exit with 0 or a file is missing.
-#[must_use]
 pub fn press(scratch: &str, scene: &str) -> PressRun {
     press_at(scratch, Desk::default(), scene, &[])
 }
@@ -118,7 +114,6 @@ pub fn press(scratch: &str, scene: &str) -> PressRun {
 ///
 /// # Panics
 /// Panics as [`press`] does.
-#[must_use]
 pub fn small_block(scratch: &str) -> &'static PressRun {
     static RUN: OnceLock<PressRun> = OnceLock::new();
     RUN.get_or_init(|| PressRun { _desk: None, ..press(scratch, SMALL_BLOCK) })
@@ -128,7 +123,6 @@ pub fn small_block(scratch: &str) -> &'static PressRun {
 ///
 /// # Panics
 /// Panics as [`press`] does.
-#[must_use]
 pub fn press_at(scratch: &str, desk: Desk, scene: &str, options: &[&str]) -> PressRun {
     desk.put("scene.toml", scene);
     let outcome = palpate(scratch, desk.folder(), &[&["press", "--scene", "scene.toml", "--out", "out"], options].concat());
@@ -139,7 +133,6 @@ pub fn press_at(scratch: &str, desk: Desk, scene: &str, options: &[&str]) -> Pre
 ///
 /// # Panics
 /// Panics as [`press`] does.
-#[must_use]
 pub fn press_preset(scratch: &str, name: &str) -> PressRun {
     let desk = Desk::default();
     let out = desk.folder().join("out");
@@ -163,7 +156,6 @@ impl PressRun {
     ///
     /// # Panics
     /// Panics if the number is missing or not a number.
-    #[must_use]
     pub fn number(&self, path: &str) -> f64 {
         self.summary.pointer(path).and_then(Value::as_f64).unwrap_or_else(|| panic!("no number {path} in {}", self.summary))
     }
@@ -172,7 +164,6 @@ impl PressRun {
     ///
     /// # Panics
     /// Panics if a hold lacks a number.
-    #[must_use]
     pub fn holds(&self) -> Vec<Hold> {
         let holds = self.summary["holds"].as_array().expect("holds is a list");
         let number = |h: &Value, key: &str| h[key].as_f64().unwrap_or_else(|| panic!("{key} of {h}"));
@@ -186,13 +177,11 @@ impl PressRun {
     }
 
     /// Forces at the holds [N].
-    #[must_use]
     pub fn forces_n(&self) -> Vec<f64> {
         self.holds().iter().map(|h| h.force_n).collect()
     }
 
     /// Table `surface_<k>.csv` of hold `k`.
-    #[must_use]
     pub fn surface(&self, k: usize) -> &Table {
         &self.surfaces[k]
     }

@@ -22,9 +22,6 @@ pub struct PseudoTerminal {
 
 impl PseudoTerminal {
     /// Opens a pseudo-terminal in raw mode, which passes bytes unchanged.
-    ///
-    /// # Errors
-    /// Returns an error if the system has no free pseudo-terminal.
     pub fn open() -> io::Result<Self> {
         let ours = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)?;
         grantpt(&ours)?;
@@ -39,23 +36,16 @@ impl PseudoTerminal {
     }
 
     /// Path of the port.
-    #[must_use]
     pub fn name(&self) -> &str {
         &self.name
     }
 
     /// Number of bytes sent to the host that it has not read.
-    ///
-    /// # Errors
-    /// Returns an error if the terminal is closed.
     pub fn unread_bytes(&self) -> io::Result<u64> {
         Ok(rustix::io::ioctl_fionread(&self.theirs)?)
     }
 
     /// Bytes received from the host, possibly none.
-    ///
-    /// # Errors
-    /// Returns an error if the terminal is closed.
     pub fn take(&mut self) -> io::Result<Vec<u8>> {
         let waiting = rustix::io::ioctl_fionread(&self.ours)?;
         let mut bytes = vec![0; waiting as usize];

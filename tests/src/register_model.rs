@@ -28,7 +28,6 @@ pub enum Flashed {
 
 impl Flashed {
     /// Name of the board's alias, after `fw-`.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::H743 => "h743",
@@ -39,7 +38,6 @@ impl Flashed {
     }
 
     /// The patch in the board's image.
-    #[must_use]
     pub fn patch(self) -> &'static [u8] {
         packed::on_words(&packed::shipped(if self == Self::Pico2 { "liver-m4f-168.patch" } else { "block-m4f-168.patch" }))
     }
@@ -117,7 +115,6 @@ impl Row {
     }
 
     /// Whether no force could act, now or in between.
-    #[must_use]
     pub fn is_off(&self) -> bool {
         !self.enable && !self.main_output && !self.driven
     }
@@ -140,14 +137,12 @@ pub struct Journal {
 
 impl Journal {
     /// Register at the end of the run; `None` if the image never wrote it.
-    #[must_use]
     pub fn register(&self, address: u32) -> Option<u64> {
         self.told["registers"].get(format!("{address:#x}")).map(number)
     }
 
     /// Most instructions between two feedings of the watchdog during start-up, if the scenario
     /// counts them.
-    #[must_use]
     pub fn longest_unfed(&self) -> u64 {
         number(&self.told["longest_unfed"])
     }
@@ -156,7 +151,6 @@ impl Journal {
     ///
     /// # Panics
     /// Panics if a frame is damaged.
-    #[must_use]
     pub fn messages(rows: &[Row]) -> Vec<FromBoard> {
         let mut receiver = Receiver::NEW;
         let bytes = rows.iter().flat_map(|row| &row.sent);
@@ -164,7 +158,6 @@ impl Journal {
     }
 
     /// Messages in these rows, without frames that a reset has cut.
-    #[must_use]
     pub fn whole_messages(rows: &[Row]) -> Vec<FromBoard> {
         let mut receiver = Receiver::NEW;
         let bytes = rows.iter().flat_map(|row| &row.sent);
@@ -175,7 +168,6 @@ impl Journal {
     ///
     /// # Panics
     /// Panics if the image cannot decode them, or some are lost.
-    #[must_use]
     pub fn log(&self, rows: &[Row]) -> Vec<String> {
         let elf = std::fs::read(&self.image).expect("an image");
         let image = defmt_log::checksum(&elf).expect("the checksum of the image");
@@ -196,7 +188,6 @@ impl Journal {
 ///
 /// # Panics
 /// Panics if the image cannot be built, or the model finds no way on.
-#[must_use]
 pub fn run(target: &Path, board: Flashed, scenario: &Scenario) -> Option<Journal> {
     let mut periods = scenario.periods.iter();
     lock_step(target, board, &scenario.more, |_| periods.next().copied())
@@ -207,7 +198,6 @@ pub fn run(target: &Path, board: Flashed, scenario: &Scenario) -> Option<Journal
 ///
 /// # Panics
 /// As [`run`].
-#[must_use]
 pub fn lock_step(target: &Path, board: Flashed, more: &Value, mut input: impl FnMut(&Row) -> Option<Period>) -> Option<Journal> {
     let python = python(target)?;
     let image = build_flashed(target, board.name()).expect("the image builds");

@@ -29,7 +29,6 @@ const CORNER_OPERATIONS: f64 = 12.0;
 /// and `k l0/l` times `l`. For a tet, the volume ratio has the error of a product of three edges,
 /// divided by the rest volume; multiplied by the slope of the pressure and by the area of a face,
 /// this is the error of the force.
-#[must_use]
 pub fn of_forces_n(model: &Model, params: &Params, x: &[Vector3<f64>]) -> Vec<f64> {
     let mut count = vec![0.0; x.len()];
     let mut sizes = vec![0.0; x.len()]; // term sizes, for the rounding of additions

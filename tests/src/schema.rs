@@ -44,7 +44,6 @@ pub fn check_all(folder: &Path) {
 }
 
 /// Lists where and how a summary departs from the schema.
-#[must_use]
 pub fn defects(summary: &Value) -> Vec<String> {
     let mut defects = Vec::new();
     against(summaries(), summary, "", &mut defects);

@@ -5,7 +5,6 @@
 const LONG: &str = "PALPATE_LONG";
 
 /// Whether all cases are run.
-#[must_use]
 pub fn long() -> bool {
     std::env::var_os(LONG).is_some()
 }
@@ -20,7 +19,6 @@ pub struct Share {
 
 impl Share {
     /// Chooses one case in `one_in`, or all cases in the long form.
-    #[must_use]
     pub fn one_in(one_in: usize) -> Self {
         Self { one_in: if long() { 1 } else { one_in }, seen: 0 }
     }

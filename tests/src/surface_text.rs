@@ -14,7 +14,6 @@ pub struct Triangles {
 
 /// An octahedron whose triangles are split into four, which is repeated `times` times, with all
 /// corners on the sphere.
-#[must_use]
 pub fn ball(radius_mm: f64, times: u32) -> Triangles {
     let mut corners: Vec<[f64; 3]> =
         vec![[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0]];
@@ -43,7 +42,6 @@ pub fn ball(radius_mm: f64, times: u32) -> Triangles {
 }
 
 /// A box with one corner at the origin.
-#[must_use]
 pub fn cuboid(sides_mm: [f64; 3]) -> Triangles {
     let corners_mm = (0..8).map(|n| [0, 1, 2].map(|k| if n >> k & 1 == 1 { sides_mm[k] } else { 0.0 })).collect();
     let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
@@ -53,7 +51,6 @@ pub fn cuboid(sides_mm: [f64; 3]) -> Triangles {
 
 impl Triangles {
     /// The surface, translated by `by_mm`.
-    #[must_use]
     pub fn moved(mut self, by_mm: [f64; 3]) -> Self {
         for corner in &mut self.corners_mm {
             *corner = [0, 1, 2].map(|k| corner[k] + by_mm[k]);
@@ -62,7 +59,6 @@ impl Triangles {
     }
 
     /// The surface as PLY, as text.
-    #[must_use]
     pub fn ply(&self) -> String {
         let mut text = format!(
             "ply\nformat ascii 1.0\ncomment a ball\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\nelement face {}\nproperty list uchar int vertex_indices\nend_header\n",
@@ -79,7 +75,6 @@ impl Triangles {
     }
 
     /// Joins two surfaces into one.
-    #[must_use]
     pub fn and(mut self, other: &Self) -> Self {
         let first = self.corners_mm.len();
         self.corners_mm.extend(&other.corners_mm);
@@ -88,7 +83,6 @@ impl Triangles {
     }
 
     /// Enclosed volume by the divergence theorem \[mm^3\].
-    #[must_use]
     pub fn volume_mm3(&self) -> f64 {
         let of = |t: &[usize; 3]| {
             let [a, b, c] = t.map(|n| self.corners_mm[n]);
@@ -102,7 +96,6 @@ impl Triangles {
     ///
     /// # Panics
     /// Never panics: writing to a string does not fail.
-    #[must_use]
     pub fn obj(&self) -> String {
         let mut text = String::from("# made by hand\no organ\n");
         for [x, y, z] in &self.corners_mm {
@@ -120,7 +113,6 @@ impl Triangles {
     ///
     /// # Panics
     /// Never panics: writing to a string does not fail.
-    #[must_use]
     pub fn stl(&self) -> String {
         let mut text = String::from("solid organ\n");
         for t in &self.triangles {
@@ -135,7 +127,6 @@ impl Triangles {
 
     /// The surface as binary STL in millimetres, with a header that begins like that of a text
     /// file.
-    #[must_use]
     pub fn binary_stl(&self) -> Vec<u8> {
         let mut bytes = b"solid organ of a program that writes binary all the same".to_vec();
         bytes.resize(80, b' ');
@@ -152,7 +143,6 @@ impl Triangles {
 }
 
 /// The projective plane on six corners: a closed surface of one side.
-#[must_use]
 pub fn projective_plane() -> Triangles {
     Triangles {
         corners_mm: (0..6).map(|n| [f64::from(n), f64::from(n * n), f64::from(n * n * n)]).collect(),

@@ -55,7 +55,6 @@ impl Tap {
     ///
     /// # Panics
     /// Panics if the core refuses the parameters.
-    #[must_use]
     pub fn run(&self, bench: &Bench, params: &Params) -> Outcome {
         let mut outcome = Outcome {
             wrong: None,

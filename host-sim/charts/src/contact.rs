@@ -38,10 +38,6 @@ pub struct Contact<'a> {
 }
 
 /// Writes `NAME.svg` and `NAME.png` into `folder`.
-///
-/// # Errors
-/// Fails if no triangle has pressure, if a value cannot be drawn, or if the folder cannot be
-/// written.
 pub fn contact(folder: &Path, name: &str, contact: &Contact) -> Result<(), ChartError> {
     check("corners_m (x, y, z in turn)", contact.corners_m.iter().flatten().flatten().copied())?;
     check("pressure_pa", contact.pressure_pa.iter().copied())?;

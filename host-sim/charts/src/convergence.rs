@@ -20,9 +20,6 @@ pub struct ConvergencePoint {
 }
 
 /// Writes `NAME.svg` and `NAME.png` into `folder`.
-///
-/// # Errors
-/// Fails if there is no round, if a value cannot be drawn, or if the folder cannot be written.
 pub fn convergence(folder: &Path, name: &str, scene: &str, rounds: &[ConvergencePoint]) -> Result<(), ChartError> {
     let curve = |name: &str, of: fn(&ConvergencePoint) -> f64| {
         Series::curve(name, rounds.iter().map(|r| (r.evaluations as f64, of(r)))).marked()

@@ -40,10 +40,6 @@ impl Figure {
     }
 
     /// Writes `NAME.svg` and `NAME.png` into `folder`.
-    ///
-    /// # Errors
-    /// Fails if there is nothing to draw, if a value cannot be drawn or is not above zero on a
-    /// logarithmic axis, or if the folder cannot be written.
     pub fn draw(&self, folder: &Path) -> Result<(), ChartError> {
         let title = [self.title.as_str(), self.below.as_str()];
         match &self.form {

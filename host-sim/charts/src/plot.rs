@@ -97,7 +97,6 @@ impl Series {
     }
 
     /// Adds a marker at every point.
-    #[must_use]
     pub fn marked(self) -> Self {
         Self { marked: true, ..self }
     }
@@ -143,13 +142,11 @@ pub struct Plot {
 
 impl Plot {
     /// Curves over these axes.
-    #[must_use]
     pub fn new(x: ScaledAxis, y: ScaledAxis, series: Vec<Series>) -> Self {
         Self { x, y, series, levels: Vec::new(), budget: None, front: Vec::new() }
     }
 
     /// Adds dashed horizontal lines.
-    #[must_use]
     pub fn levels(self, levels: impl IntoIterator<Item = Level>) -> Self {
         Self { levels: levels.into_iter().collect(), ..self }
     }

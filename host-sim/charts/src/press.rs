@@ -15,9 +15,6 @@ const HOLD_PX: f64 = 4.8;
 
 /// Writes force against depth, with the holds and a reference, as `NAME.svg` and `NAME.png` into
 /// `folder`.
-///
-/// # Errors
-/// Fails if the trace is empty, if a value cannot be drawn, or if the folder cannot be written.
 pub fn force_depth(folder: &Path, name: &str, press: &Press) -> Result<(), ChartError> {
     press.check()?;
     let trace = decimate(press.trace);
@@ -53,9 +50,6 @@ pub fn force_depth(folder: &Path, name: &str, press: &Press) -> Result<(), Chart
 
 /// Writes depth and force over time, one above the other, as `NAME.svg` and `NAME.png` into
 /// `folder`.
-///
-/// # Errors
-/// Fails if the trace is empty, if a value cannot be drawn, or if the folder cannot be written.
 pub fn force_time(folder: &Path, name: &str, press: &Press) -> Result<(), ChartError> {
     press.check()?;
     let trace = decimate(press.trace);

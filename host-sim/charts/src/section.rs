@@ -60,10 +60,6 @@ pub struct Moment<'a> {
 }
 
 /// Writes `NAME.svg` and `NAME.png` into `folder`.
-///
-/// # Errors
-/// Fails if there is no tet or no moment, if an item names a missing node, if a value cannot be
-/// drawn, or if the folder cannot be written.
 pub fn section(folder: &Path, name: &str, section: &Section) -> Result<(), ChartError> {
     section.check()?;
     let Some(last) = section.moments.last() else { return Err(ChartError::Empty { what: "moments" }) };

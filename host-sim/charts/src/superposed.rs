@@ -79,10 +79,6 @@ pub struct Superposed<'a> {
 }
 
 /// Writes `NAME.svg` and `NAME.png` into `folder`.
-///
-/// # Errors
-/// Fails if there is no layer, if a layer has no triangles, if a triangle names a missing node, if
-/// a direction has zero length, if a value cannot be drawn, or if the folder cannot be written.
 pub fn superposed(folder: &Path, name: &str, superposed: &Superposed) -> Result<(), ChartError> {
     if superposed.layers.is_empty() {
         return Err(ChartError::Empty { what: "layers" });

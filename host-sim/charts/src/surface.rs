@@ -42,10 +42,6 @@ pub struct Surface<'a> {
 }
 
 /// Writes `NAME.svg` and `NAME.png` into `folder`.
-///
-/// # Errors
-/// Fails if there are no triangles, if a triangle names a missing node, if a value cannot be drawn,
-/// or if the folder cannot be written.
 pub fn surface(folder: &Path, name: &str, surface: &Surface) -> Result<(), ChartError> {
     surface.check()?;
     let moved_m: Vec<f64> =

@@ -24,10 +24,6 @@ pub struct TickTimes<'a> {
 const FLOOR: f64 = 0.7;
 
 /// Writes `NAME.svg` and `NAME.png` into `folder`.
-///
-/// # Errors
-/// Fails if there are no ticks, if a time is negative or cannot be drawn, or if the folder cannot
-/// be written.
 pub fn tick_time(folder: &Path, name: &str, times: &TickTimes) -> Result<(), ChartError> {
     let what = "tick_us";
     let mut sorted_us: Vec<f64> = times.tick_us.iter().map(|t| f64::from(*t)).collect();

@@ -39,13 +39,11 @@ pub struct Figure {
 
 impl Figure {
     /// Whether the product's value is accepted.
-    #[must_use]
     pub fn holds(&self) -> bool {
         self.accepts(self.ours)
     }
 
     /// Whether the value without the term is outside the accepted range.
-    #[must_use]
     pub fn needs_term(&self) -> bool {
         !self.accepts(self.without_term)
     }
@@ -86,7 +84,6 @@ pub struct Row {
 
 impl Row {
     /// Whether every figure is accepted and at least one would not be without the term.
-    #[must_use]
     pub fn accepted(&self) -> bool {
         self.figures.iter().all(Figure::holds) && self.figures.iter().any(Figure::needs_term)
     }
@@ -129,7 +126,6 @@ pub struct Outcome {
 
 impl Picture {
     /// The picture as a chart.
-    #[must_use]
     pub fn figure(&self) -> charts::Figure {
         let series = self.curves.iter().map(|curve| {
             let line = charts::Series::curve(curve.name.replace(',', ";"), curve.points.iter().copied());
@@ -141,7 +137,6 @@ impl Picture {
 }
 
 /// The table "against reality": the figure of each test that is nearest to a bound.
-#[must_use]
 pub fn nearest(outcomes: &[Outcome]) -> Table {
     fn of_test(outcome: &Outcome) -> Option<(&Row, &Figure)> {
         let figures = outcome.rows.iter().flat_map(|row| row.figures.iter().map(move |figure| (row, figure)));

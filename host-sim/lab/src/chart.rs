@@ -4,8 +4,7 @@
 //! needs to survive the deepest press (`survive`), the errors of its force and surface shape
 //! against the converged reference (`accuracy`), and the cost of a tick on this machine (`timing`);
 //! it estimates the cost on a Cortex-M4F (`cycles`). On request it also measures the force error
-//! while the probe moves (`moving`) and the errors of methods that lack relaxation, stiffening and
-//! friction (`term_errors`).
+//! while the probe moves (`moving`).
 
 mod accuracy;
 mod cycles;
@@ -18,7 +17,6 @@ mod report;
 mod run;
 mod scope;
 mod survive;
-mod term_errors;
 mod timing;
 
 pub use accuracy::{Accuracy, DEPTHS_M, SURFACE_DEPTHS_M, hold};
@@ -27,9 +25,8 @@ pub use figures::figures;
 pub use front::{front, front_of_three};
 pub use moving::{Moving, SPEEDS_MM_PER_S};
 pub use reference::Reference;
-pub use report::{COSTS, ERRORS, FrontRow, MovingFrontRow, Quantity, fronts, moving_fronts, rows, terms};
+pub use report::{COSTS, ERRORS, FrontRow, MovingFrontRow, Quantity, fronts, moving_fronts, rows};
 pub use run::{Measured, Run, measure};
 pub use scope::{Scope, Task};
 pub use survive::{CLEAR_M, Failure, MOST_SUBSTEPS, PressResult, Survival, least_substeps, try_press};
-pub use term_errors::{TermErrors, term_errors};
 pub use timing::{TickTime, tick_time};

@@ -18,9 +18,6 @@ use palpate_sim::error::Error;
 use crate::study::start;
 
 /// Runs a study.
-///
-/// # Errors
-/// Its input is invalid, or one of its checks failed.
 pub fn run(study: palpate_sim::command::Study<'_>) -> Result<(), Error> {
     use palpate_sim::command::Study as Asked;
     match study {

@@ -41,7 +41,6 @@
 //! the motion, with a ripple of the same size.
 
 pub mod error;
-pub mod fading;
 pub mod history;
 mod inertial;
 pub mod march;
@@ -62,17 +61,11 @@ use settings::Settings;
 
 /// Computes the force on a probe that performs `motion` from the place at which the scene presses.
 /// The drive of the scene is ignored.
-///
-/// # Errors
-/// [`DynamicError`]: the scene or the motion cannot be computed, or a step has no solution.
 pub fn compute(scene: &Scene, motion: &Motion, settings: &Settings) -> Result<History, DynamicError> {
     compute_with(scene, motion, settings, |_| {})
 }
 
 /// Like [`compute`], and calls `progress` with the time [s] after every step.
-///
-/// # Errors
-/// Errors of [`compute`].
 pub fn compute_with(
     scene: &Scene,
     motion: &Motion,

@@ -52,9 +52,6 @@ use palpate_tissue::patch::{Material, Memory, Patch};
 pub trait RunningMethod {
     /// Runs one millisecond, at the end of which the tip is at `tip_m` [m]. Returns the force on
     /// the probe [N], which points out of the tissue.
-    ///
-    /// # Errors
-    /// The method diverged or its force is not finite; it must not be used any further.
     fn tick(&mut self, tip_m: Vector3<f32>) -> Result<Vector3<f32>, Fault>;
 
     /// Position of a node [m].
@@ -134,7 +131,6 @@ impl Method {
     ];
 
     /// Name in files.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Springs => "springs",
@@ -156,13 +152,11 @@ impl Method {
     }
 
     /// The method called `name` in files.
-    #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|m| m.name() == name)
     }
 
     /// Whether the method is the product's, with all or some of its terms.
-    #[must_use]
     pub fn is_ours(self) -> bool {
         matches!(
             self,
@@ -171,7 +165,6 @@ impl Method {
     }
 
     /// Whether more substeps can improve the method.
-    #[must_use]
     pub fn takes_substeps(self) -> bool {
         !matches!(self, Self::Compliance | Self::Law)
     }
@@ -179,10 +172,6 @@ impl Method {
     /// Builds the method for a block and passes it to `work`; each of its `substeps` is split by
     /// the block's refinement. `None` if the method is not available, because no calibrated patch
     /// of this size exists.
-    ///
-    /// # Errors
-    /// Fails if the core rejects the model or the parameters, or if a stiffness matrix cannot be
-    /// factored.
     pub fn run<T>(
         self,
         block: &Block,
@@ -226,7 +215,6 @@ impl Method {
 
 /// The patch that was fitted to the block or, with as many nodes, to the standard one, and the
 /// parameters fitted with it; `None` if there is none.
-#[must_use]
 pub fn calibrated(block: &Block) -> Option<(Patch, Params)> {
     let (mut patch, packed) = match &block.fitted.patch {
         Some(own) => own.clone(),

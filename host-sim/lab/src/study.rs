@@ -27,15 +27,9 @@ pub trait Study {
     fn cases(&self) -> u64;
 
     /// Runs the cases with these numbers. Each row comes with the number of its first case.
-    ///
-    /// # Errors
-    /// A case cannot be run.
     fn run(&self, cases: Range<u64>) -> Result<Vec<(u64, Self::Row)>, Error>;
 
     /// Tables, claims and figures of the rows of all cases, which are in their order.
-    ///
-    /// # Errors
-    /// A table cannot be formatted, or a further run fails.
     fn findings(&self, rows: Vec<Self::Row>) -> Result<Findings, Error>;
 }
 
@@ -59,9 +53,6 @@ impl<S: Study> Campaign for Runner<S> {
 }
 
 /// Runs all cases of a study, or the requested range; or merges the rows of ranges.
-///
-/// # Errors
-/// The input is invalid, or a claim does not hold.
 pub fn start(study: impl Study, args: &CaseArgs, out: &Path) -> Result<(), Error> {
     Runner(study).start(args, out)
 }

@@ -57,7 +57,6 @@ pub struct SuiteRow {
 
 impl SuiteRow {
     /// The larger error [%]; `None` if one that the scene has was not measured.
-    #[must_use]
     pub fn worst_pct(&self) -> Option<f64> {
         let scene = SCENES.iter().find(|scene| scene.name == self.scene)?;
         let moving = if scene.moves() { self.moving_pct? } else { 0.0 };
@@ -65,13 +64,11 @@ impl SuiteRow {
     }
 
     /// Whether the method is a patch of the product.
-    #[must_use]
     pub fn is_patch(&self) -> bool {
         [Method::Palpate, Method::Calibrated].iter().any(|method| method.name() == self.method)
     }
 
     /// Whether the method is the product's law.
-    #[must_use]
     pub fn is_law(&self) -> bool {
         self.method == Method::Law.name()
     }
@@ -80,9 +77,6 @@ impl SuiteRow {
 /// Runs every method with a mesh of about this many nodes on a scene; a law and a patch of one size
 /// are run beside [`FIRST_NODES`] alone. Methods that are not available or do not survive the
 /// press are left out.
-///
-/// # Errors
-/// A method cannot be built, or a stored reference cannot be read.
 pub fn run(scene: &SuiteScene, nodes: usize) -> Result<Vec<SuiteRow>, Error> {
     let (own, cuboid) = match scene.kind {
         Kind::Own(name, cuboid) => (Some(Own::load(name)?), cuboid),
@@ -184,7 +178,6 @@ fn pressed(presses: &Presses, method: Method, block: &Block, substeps: u16) -> R
 }
 
 /// The cheapest method within an error [%] on a scene.
-#[must_use]
 pub fn cheapest<'r>(rows: &'r [SuiteRow], scene: &str, most_pct: f64) -> Option<&'r SuiteRow> {
     let within = rows.iter().filter(|row| row.scene == scene && row.worst_pct().is_some_and(|pct| pct <= most_pct));
     within.min_by(|a, b| a.tick_us.total_cmp(&b.tick_us))

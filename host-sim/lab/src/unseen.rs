@@ -74,19 +74,16 @@ pub struct Row {
 
 impl Row {
     /// Whether the scene has a patch.
-    #[must_use]
     pub fn is_fitted(&self) -> bool {
         self.refused.is_empty()
     }
 
     /// Whether no unseen press is further off than the stated worst.
-    #[must_use]
     pub fn holds(&self) -> bool {
         self.found_worst_pct.abs() <= self.stated_worst_pct.abs()
     }
 
     /// Whether some unseen press is more than half further off than the stated worst.
-    #[must_use]
     pub fn is_far(&self) -> bool {
         self.found_worst_pct.abs() > FAR * self.stated_worst_pct.abs()
     }
@@ -94,9 +91,6 @@ impl Row {
 
 /// Draws a scene, fits it in `folder`, and judges its patch. A scene that the fit refuses is a row
 /// with the reason.
-///
-/// # Errors
-/// The folder cannot be written.
 pub fn run(number: u64, seed: u64, effort: Effort, folder: &Path) -> Result<Row, Error> {
     let drawn = Drawn::draw(number, seed);
     let scene = drawn.scene(folder)?;

@@ -46,7 +46,6 @@ pub struct CaseArgs {
 
 impl CaseArgs {
     /// Whether a range of cases was asked for.
-    #[must_use]
     pub fn are_some(&self) -> bool {
         self.cases.is_some()
     }

@@ -50,7 +50,7 @@ const GONE: [(&str, &str); 7] = [
     ("plan", "use `palpate fit --smallest --board BOARD --tolerance-pct PERCENT`"),
     ("replay", "use `palpate live --replay TRACE`"),
     ("reference", "use `palpate fit`, which writes its finite-element answer to answer.json"),
-    ("score", "equation (14) and table 1 of paper 004 are in host-sim/lab/src/score, where a test checks them"),
+    ("score", "equation (14) and table 1 of paper 004 are in host-sim/lab/src/score.rs, where a test checks them"),
 ];
 
 /// Error message for a command that is gone.

@@ -28,10 +28,6 @@ pub struct MergeArgs {
 
 impl MergeArgs {
     /// The command that reports the rows of all cases.
-    ///
-    /// # Errors
-    /// Cases are missing or twice there, a file is damaged or of another campaign, `--out` is the
-    /// folder of a range, or the rows are of another version.
     pub(super) fn command(&self) -> Result<Cli, Error> {
         if self.out.join(FILE).exists() {
             let out = self.out.display();

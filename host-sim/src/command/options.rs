@@ -30,7 +30,6 @@ pub enum EmulatedBoard {
 
 impl EmulatedBoard {
     /// Name on the command line: that of the budget whose patches the board runs.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::M4f => "m4f-168",

@@ -43,13 +43,11 @@ struct Count {
 
 impl Progress {
     /// Begins a count up to `of`; `what` names the work or, in the plural, its steps.
-    #[must_use]
     pub fn new(of: u64, what: &'static str) -> Self {
         Self::of(what, Count { of, shown: of > 0, ..Count::default() })
     }
 
     /// Begins work that only describes its current activity.
-    #[must_use]
     pub fn start() -> Self {
         Self::of("", Count::default())
     }

@@ -21,13 +21,11 @@ impl Verdict {
     }
 
     /// A kept promise whose result should not be relied on is a warning.
-    #[must_use]
     pub fn warning_if(self, doubtful: bool) -> Self {
         Self { doubtful, ..self }
     }
 
     /// Puts the warnings of the scene's values in front.
-    #[must_use]
     pub fn about(self, scene: &Scene) -> Self {
         let odd: String = scene.warnings().iter().map(|warning| format!("{warning}; ")).collect();
         let doubtful = self.doubtful || !odd.is_empty();
@@ -35,9 +33,6 @@ impl Verdict {
     }
 
     /// Verdict of a check; `words` describe a kept promise.
-    ///
-    /// # Errors
-    /// The check found bad input rather than a broken promise.
     pub fn of(check: Result<(), impl Into<Error>>, words: impl FnOnce() -> String) -> Result<Self, Error> {
         match check.map_err(Into::into) {
             Ok(()) => Ok(Self::ok(words())),
@@ -47,7 +42,6 @@ impl Verdict {
     }
 
     /// Prints the verdict before the details.
-    #[must_use]
     pub fn first(self) -> Self {
         println!("{self}");
         self
@@ -55,9 +49,6 @@ impl Verdict {
 
     /// Prints the verdict after the details. On a terminal a failed check is already visible on
     /// standard error, so it is not repeated there.
-    ///
-    /// # Errors
-    /// Returns the check that failed.
     pub fn last(self) -> Result<(), Error> {
         if self.outcome.is_ok() || !std::io::stdout().is_terminal() {
             println!("{self}");

@@ -49,18 +49,11 @@ enum Dimension {
 }
 
 /// Loads a device by name or from a file: its data for the loop, and the board's checked profile.
-///
-/// # Errors
-/// There is no such device or file; a key or a number is wrong; or the mechanism cannot move as the
-/// device does.
 pub fn load(name_or_file: &str) -> Result<(DeviceProfile, Profile), Error> {
     of(DeviceProfile::load(name_or_file)?, name_or_file)
 }
 
 /// Like [`load`], for a profile that is known by this name or file.
-///
-/// # Errors
-/// Errors of [`load`].
 pub fn of(device: DeviceProfile, name_or_file: &str) -> Result<(DeviceProfile, Profile), Error> {
     // the centre of the device is its site
     let limits = device.real_limits(Vector3::zeros());

@@ -39,9 +39,6 @@ pub struct Gone;
 
 impl Line {
     /// Opens a port for this program alone, without sending anything.
-    ///
-    /// # Errors
-    /// There is no such port, or it is not available.
     pub fn open(name: &str) -> Result<Self, PortError> {
         let port = serialport::new(name, BAUD).timeout(WRITE_PATIENCE).open().map_err(|error| refused(name, &error))?;
         // input of an earlier program is dropped; if the system cannot do so, the checksum rejects
@@ -62,33 +59,26 @@ impl Line {
     }
 
     /// Name of the port.
-    #[must_use]
     pub fn name(&self) -> &str {
         &self.name
     }
 
     /// Number of bytes received so far.
-    #[must_use]
     pub fn heard_bytes(&self) -> usize {
         self.heard_bytes
     }
 
     /// Counts of the frames received so far.
-    #[must_use]
     pub fn counts(&self) -> Counts {
         self.receiver.counts()
     }
 
     /// Time at which the last message was sent.
-    #[must_use]
     pub fn last_sent(&self) -> Instant {
         self.last_sent
     }
 
     /// Sends a message.
-    ///
-    /// # Errors
-    /// The port has disappeared, or no longer accepts data.
     pub fn send(&mut self, message: &ToBoard<'_>) -> Result<(), Gone> {
         let mut out = [0; FRAME_BYTES];
         // every message fits a frame
@@ -102,9 +92,6 @@ impl Line {
 
     /// Returns the text received within `wait`, from an image that sends text; invalid characters
     /// are replaced.
-    ///
-    /// # Errors
-    /// The port has disappeared.
     pub fn text(&mut self, wait: Duration) -> Result<String, Gone> {
         self.port.set_timeout(wait).map_err(|_| Gone)?;
         match self.port.read(&mut self.bytes) {
@@ -119,9 +106,6 @@ impl Line {
 
     /// Returns the board's next message, if one arrives within `wait`. Damaged frames are counted
     /// and dropped.
-    ///
-    /// # Errors
-    /// The port has disappeared.
     pub fn receive(&mut self, wait: Duration) -> Result<Option<FromBoard>, Gone> {
         let begun = Instant::now();
         loop {

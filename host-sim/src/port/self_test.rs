@@ -94,7 +94,6 @@ pub struct Difference {
 
 impl Report {
     /// The last complete report in a text, and its line. Other text may surround the line.
-    #[must_use]
     pub fn find(text: &str) -> Option<(Self, &str)> {
         text.lines().rev().find_map(|line| {
             let line = line.get(line.find(KEY)?..)?.trim_end();
@@ -104,9 +103,6 @@ impl Report {
 
     /// Runs the same script on this machine and returns the first difference; `None` means the same
     /// bits. `patch` is the patch file, aligned to a word.
-    ///
-    /// # Errors
-    /// The patch is refused.
     pub fn compare(&self, patch: &[u8]) -> Result<Option<Difference>, BuildError> {
         let mut memory = Box::new(Memory::RESERVED);
         let mut patch = Patch::open(patch, &mut memory, None)?;
@@ -137,7 +133,6 @@ impl Report {
     }
 
     /// Describes the report, one figure per line.
-    #[must_use]
     pub fn words(&self) -> String {
         let us = |counts: u32| f64::from(counts) / f64::from(self.clock_hz.max(1)) * 1e6;
         let mut text = format!("board   {}, chip {}\n", self.board, self.chip);

@@ -44,9 +44,6 @@ impl Session {
     /// Opens a port and waits up to `patience` for a frame of a Palpate board. Nothing is sent
     /// before one arrives, so that other devices are not disturbed. Then the board is asked for its
     /// identification, which changes nothing.
-    ///
-    /// # Errors
-    /// The port is not available, or there is no Palpate board.
     pub fn open(port: &str, patience: Duration) -> Result<Self, PortError> {
         let mut line = Line::open(port)?;
         let begun = Instant::now();
@@ -73,28 +70,22 @@ impl Session {
     }
 
     /// Name of the port.
-    #[must_use]
     pub fn port(&self) -> &str {
         self.line.name()
     }
 
     /// Time at which the last message was sent.
-    #[must_use]
     pub fn last_sent(&self) -> Instant {
         self.line.last_sent()
     }
 
     /// Counts of the frames of the board so far.
-    #[must_use]
     pub fn counts(&self) -> Counts {
         self.line.counts()
     }
 
     /// Asks for the identification; returns `None` without an answer. If a force is still falling,
     /// waits for its end.
-    ///
-    /// # Errors
-    /// The port has disappeared.
     pub fn identify(&mut self) -> Result<Option<Identity>, PortError> {
         let asked = self.ask(&ToBoard::Identify, ANSWER, |message| match message {
             FromBoard::Identity(identity) => Some(identity),
@@ -107,9 +98,6 @@ impl Session {
     }
 
     /// Repeats a request until `picked` finds its answer.
-    ///
-    /// # Errors
-    /// The port has disappeared.
     pub fn ask<T>(
         &mut self,
         request: &ToBoard<'_>,
@@ -130,18 +118,12 @@ impl Session {
     }
 
     /// Sends a message.
-    ///
-    /// # Errors
-    /// The port has disappeared.
     pub fn send(&mut self, message: &ToBoard<'_>) -> Result<(), PortError> {
         self.line.send(message).map_err(|Gone| gone(self.line.name(), Some(&self.record)))
     }
 
     /// Returns the board's next message, if one arrives within `wait`; sends keep-alive messages
     /// meanwhile, if [`Self::keep_alive`] is set.
-    ///
-    /// # Errors
-    /// The port has disappeared, or the board has been silent for [`Self::silence`].
     pub fn next(&mut self, wait: Duration) -> Result<Option<FromBoard>, PortError> {
         let begun = Instant::now();
         loop {
@@ -170,9 +152,6 @@ impl Session {
     }
 
     /// Repeats the request for a stop until the board reports that its outputs are off.
-    ///
-    /// # Errors
-    /// The port has disappeared, or the outputs stay on.
     pub fn stop(&mut self) -> Result<(), PortError> {
         let off = self.ask(&ToBoard::Ask(HostAsk::Stop), STOPPED, |message| match message {
             FromBoard::Record(record) => (!record.enabled && !runs(&record)).then_some(()),
@@ -210,7 +189,6 @@ fn gone(port: &str, record: Option<&Record>) -> PortError {
 }
 
 /// Describes the force on the device.
-#[must_use]
 pub fn force_words(record: &Record) -> String {
     let [x, y, z] = record.applied_n;
     let whole = (x * x + y * y + z * z).sqrt();
@@ -236,7 +214,6 @@ fn after(record: &Record) -> String {
 }
 
 /// Says how a board ends the force when it does not hear its host.
-#[must_use]
 pub fn released_by_itself() -> String {
     let ArmingSettings { silence_ticks, ramp_ticks, .. } = ArmingSettings::DEFAULT;
     format!(

@@ -19,7 +19,6 @@ pub fn out(text: Arguments<'_>) {
 }
 
 /// Whether output was lost, other than to a reader that went.
-#[must_use]
 pub fn lost() -> bool {
     LOST.load(Ordering::Relaxed)
 }

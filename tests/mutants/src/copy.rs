@@ -29,9 +29,6 @@ pub struct Copy {
 
 impl Copy {
     /// Updates the copy in `root` from the sources in `from` and keeps earlier build output.
-    ///
-    /// # Errors
-    /// Returns an error that names the file if a file cannot be copied.
     pub fn make(from: &Path, root: PathBuf) -> Result<Self, String> {
         for part in PARTS {
             let (from, to) = (from.join(part), root.join(part));
@@ -45,9 +42,6 @@ impl Copy {
     }
 
     /// Applies the mistake to the copy, runs `judge`, and restores the files.
-    ///
-    /// # Errors
-    /// Returns an error if the mistake does not apply or a file cannot be written.
     pub fn with<T>(&self, mutant: &Mutant, judge: impl FnOnce(&Self) -> T) -> Result<T, String> {
         let mut before = Vec::new();
         let mut changed = Ok(());

@@ -54,9 +54,6 @@ impl Mutant {
 
 impl Edit {
     /// Returns the file's content with the mistake applied.
-    ///
-    /// # Errors
-    /// Returns an error if the text to replace does not occur exactly once in the file.
     pub fn apply(&self, content: &str) -> Result<String, String> {
         match content.matches(&self.find).count() {
             1 => Ok(content.replacen(&self.find, &self.replace, 1)),
@@ -66,9 +63,6 @@ impl Edit {
 }
 
 /// Reads the list.
-///
-/// # Errors
-/// Returns an error if the list cannot be read or two mistakes have the same name.
 pub fn read(root: &Path) -> Result<Vec<Mutant>, String> {
     let text = fs::read_to_string(root.join(LIST)).map_err(|error| format!("{LIST}: {error}"))?;
     let list: List = toml::from_str(&text).map_err(|error| format!("{LIST}: {error}"))?;

@@ -37,9 +37,6 @@ pub fn packages(mutants: &[Mutant]) -> Vec<&'static str> {
 }
 
 /// Builds the package's tests and runs them.
-///
-/// # Errors
-/// Returns an error if cargo cannot be started.
 pub fn judge(copy: &Copy, package: &str, longest: Duration) -> Result<Verdict, String> {
     if !end(cargo(copy, package, &["--no-run"])?, Duration::MAX)?.unwrap_or(false) {
         return Ok(Verdict::Unbuilt);

@@ -47,9 +47,6 @@ impl Survivor {
 }
 
 /// Reads the list.
-///
-/// # Errors
-/// Returns an error if the list cannot be read or an entry has no reason.
 pub fn read(root: &Path) -> Result<Vec<Survivor>, String> {
     let text = fs::read_to_string(root.join(SURVIVORS)).map_err(|error| format!("{SURVIVORS}: {error}"))?;
     let list: List = toml::from_str(&text).map_err(|error| format!("{SURVIVORS}: {error}"))?;
@@ -60,9 +57,6 @@ pub fn read(root: &Path) -> Result<Vec<Survivor>, String> {
 }
 
 /// Compares a run with the list and prints the result; returns whether every survivor has a reason.
-///
-/// # Errors
-/// Returns an error if the run's output cannot be read.
 pub fn compare(root: &Path, tree: &Path, out: &Path) -> Result<bool, String> {
     let lines = |name: &str| -> Result<Vec<String>, String> {
         let path = out.join(name);

@@ -42,7 +42,6 @@ pub struct Dual {
 
 impl Dual {
     /// Coordinates of the point itself, with unit derivatives.
-    #[must_use]
     pub fn coordinates(x: [f64; 3]) -> [Self; 3] {
         std::array::from_fn(|k| Self { value: x[k], slope: std::array::from_fn(|m| f64::from(u8::from(k == m))) })
     }

@@ -20,7 +20,6 @@ const LEAST: f64 = 0.01;
 /// Returns the fields of a mass matrix, given by its diagonal and the masses between the ends of
 /// springs; the list is empty if all masses between springs' ends are zero. With the two terms of
 /// the `series` there are four fields, with the diagonal alone there is one.
-#[must_use]
 pub fn fields(model: &Model, mass_kg: &[f64], between_kg: &[f64], anchored: &[bool], series: bool) -> Vec<Field> {
     if between_kg.iter().all(|kg| *kg == 0.0) {
         return Vec::new();

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use clap::CommandFactory;
 use palpate_sim::command::Cli;
-use palpate_tests::palpate_command::repository;
+use palpate_tests::palpate_command::{files_below, repository};
 use serde::Deserialize;
 
 const PAGE: &str = "LIMITS.md";
@@ -119,23 +119,6 @@ fn rows_are_few_and_short() {
     }
 }
 
-/// Files of the repository, without what was built.
-fn files() -> Vec<PathBuf> {
-    let (mut folders, mut files) = (vec![repository().to_owned()], Vec::new());
-    while let Some(folder) = folders.pop() {
-        for entry in std::fs::read_dir(&folder).unwrap() {
-            let path = entry.unwrap().path();
-            let name = path.file_name().unwrap().to_string_lossy().into_owned();
-            if path.is_file() {
-                files.push(path);
-            } else if path.is_dir() && !name.starts_with('.') && name != "target" && name != "out" {
-                folders.push(path);
-            }
-        }
-    }
-    files
-}
-
 /// Names of the tests of the repository: their functions, and the files that hold some.
 fn tests(files: &[PathBuf]) -> BTreeSet<String> {
     let mut names = BTreeSet::new();
@@ -180,7 +163,7 @@ fn refusal(command: &str, tests: &BTreeSet<String>, packages: &BTreeSet<String>)
 
 #[test]
 fn every_row_can_be_measured_again() {
-    let files = files();
+    let files = files_below(&[""], "");
     let (tests, packages) = (tests(&files), packages(&files));
     assert!(tests.len() > 1000 && packages.len() > 5, "{} tests, {} packages", tests.len(), packages.len());
     let limits = limits();

@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use palpate_tests::palpate_command::repository;
+use palpate_tests::palpate_command::{files_below, repository};
 
 const BOOK: &str = "host-sim/book/src";
 /// Largest number of lines in the README, and of words in a paragraph or list item of README and
@@ -18,19 +18,8 @@ fn read(path: &str) -> String {
 
 /// Markdown files in a folder and its subfolders, relative to the repository's root.
 fn markdown_below(folder: &str) -> Vec<String> {
-    let (mut folders, mut found) = (vec![PathBuf::from(folder)], Vec::new());
-    while let Some(folder) = folders.pop() {
-        for entry in std::fs::read_dir(repository().join(&folder)).unwrap() {
-            let name = folder.join(entry.unwrap().file_name());
-            if repository().join(&name).is_dir() {
-                folders.push(name);
-            } else if name.extension().is_some_and(|e| e == "md") {
-                found.push(name.to_str().unwrap().to_owned());
-            }
-        }
-    }
-    found.sort();
-    found
+    let below = |path: PathBuf| path.strip_prefix(repository()).unwrap().to_str().unwrap().to_owned();
+    files_below(&[folder], ".md").into_iter().map(below).collect()
 }
 
 /// Path and text of the README and of the book's pages, without included or generated pages.

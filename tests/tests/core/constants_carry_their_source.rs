@@ -8,7 +8,7 @@
 
 use std::path::{Path, PathBuf};
 
-use palpate_tests::palpate_command::repository;
+use palpate_tests::palpate_command::{files_below, repository};
 
 /// Largest number of constants in the force path.
 const MOST: usize = 45;
@@ -108,19 +108,9 @@ fn a_constant_is_found_with_its_own_docs_and_without_those_of_tests() {
 
 /// Sources of the haptic loop, except files of tests.
 fn files() -> Vec<PathBuf> {
-    let mut folders = vec![repository().join("core/src/haptic")];
-    let mut files = vec![repository().join("core/src/haptic.rs")];
-    while let Some(folder) = folders.pop() {
-        for entry in std::fs::read_dir(&folder).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                folders.push(path);
-            } else if path.extension().is_some_and(|e| e == "rs") && !path.ends_with("tests.rs") {
-                files.push(path);
-            }
-        }
-    }
-    files.sort();
+    let mut files = files_below(&["core/src/haptic"], ".rs");
+    files.retain(|path| !path.ends_with("tests.rs"));
+    files.push(repository().join("core/src/haptic.rs"));
     files
 }
 

@@ -3,8 +3,10 @@
 
 use std::path::PathBuf;
 
-use palpate_tests::palpate_command::repository;
+use palpate_tests::palpate_command::files_below;
 
+/// Folders of the source tree.
+const TREE: [&str; 4] = ["core", "firmware", "host-sim", "tests"];
 /// Largest width of a comment line [columns].
 const WIDEST: usize = 100;
 
@@ -25,9 +27,9 @@ fn no_comment_is_wider_than_a_hundred_columns() {
 #[test]
 fn an_example_in_docs_is_run() {
     let (mut off, mut on) = (0, 0);
-    for manifest in files("Cargo.toml") {
+    for manifest in files_below(&TREE, "Cargo.toml") {
         let sources = manifest.with_file_name("src");
-        let examples = files(".rs").into_iter().filter(|path| path.starts_with(&sources));
+        let examples = files_below(&TREE, ".rs").into_iter().filter(|path| path.starts_with(&sources));
         let examples: Vec<_> = examples.filter(|path| has_example(&std::fs::read_to_string(path).unwrap())).collect();
         if std::fs::read_to_string(&manifest).unwrap().contains("doctest = false") {
             assert!(examples.is_empty(), "take `doctest = false` out of {}: {examples:?}", manifest.display());
@@ -56,24 +58,7 @@ fn lines_that(is_bad: fn(&str) -> bool) -> Vec<String> {
         let bad = text.lines().enumerate().filter(|(_, line)| is_bad(line));
         bad.map(|(n, line)| format!("{}:{}: {line}", path.display(), n + 1)).collect::<Vec<_>>()
     };
-    files(".rs").into_iter().flat_map(bad).collect()
-}
-
-/// Files of the source tree whose names end with `end`.
-fn files(end: &str) -> Vec<PathBuf> {
-    let mut found = Vec::new();
-    let mut folders = ["core", "firmware", "host-sim", "tests"].map(|folder| repository().join(folder)).to_vec();
-    while let Some(folder) = folders.pop() {
-        for entry in std::fs::read_dir(folder).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                folders.extend(Some(path).filter(|path| !path.ends_with("target")));
-            } else if path.to_string_lossy().ends_with(end) {
-                found.push(path);
-            }
-        }
-    }
-    found
+    files_below(&TREE, ".rs").into_iter().flat_map(bad).collect()
 }
 
 fn is_wide_comment(line: &str) -> bool {

@@ -5,7 +5,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use palpate_tests::palpate_command::repository;
+use palpate_tests::palpate_command::{files_below, repository};
 
 /// Name of a package, its folder, and the packages of the repository on which it may depend.
 const LAYERS: [(&str, &str, &[&str]); 13] = [
@@ -141,19 +141,11 @@ struct Files {
 impl Files {
     fn read(folder: &Path) -> Self {
         let mut text = BTreeMap::new();
-        let mut folders = vec![folder.to_path_buf()];
-        while let Some(now) = folders.pop() {
-            for entry in std::fs::read_dir(now).unwrap() {
-                let path = entry.unwrap().path();
-                if path.is_dir() {
-                    folders.push(path);
-                } else if path.extension().is_some_and(|e| e == "rs") && !path.ends_with("tests.rs") {
-                    let relative = path.strip_prefix(folder).unwrap().with_extension("");
-                    let mut module: Module = relative.iter().map(|part| part.to_string_lossy().into_owned()).collect();
-                    module.pop_if(|last| ["lib", "mod"].contains(&last.as_str()));
-                    text.insert(module, std::fs::read_to_string(&path).unwrap());
-                }
-            }
+        for path in files_below(&[folder.to_str().unwrap()], ".rs").into_iter().filter(|path| !path.ends_with("tests.rs")) {
+            let relative = path.strip_prefix(folder).unwrap().with_extension("");
+            let mut module: Module = relative.iter().map(|part| part.to_string_lossy().into_owned()).collect();
+            module.pop_if(|last| ["lib", "mod"].contains(&last.as_str()));
+            text.insert(module, std::fs::read_to_string(&path).unwrap());
         }
         Self { text }
     }

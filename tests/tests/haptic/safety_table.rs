@@ -7,7 +7,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 use palpate::Fault;
-use palpate_tests::palpate_command::repository;
+use palpate_tests::palpate_command::{files_below, repository};
 
 /// Rows of the table.
 const DATA: &str = "tests/data/hazards.toml";
@@ -74,8 +74,7 @@ fn table(hazards: &[Hazard]) -> String {
 
 /// Types of the loop that are a monitor or a shaper.
 fn monitors_and_shapers() -> BTreeSet<String> {
-    let mut code = String::new();
-    sources(&repository().join("core/src/haptic"), &mut code);
+    let code = sources(&["core/src/haptic"]);
     let named = |part: &str| part.split([' ', '{']).next().unwrap_or_default().to_owned();
     ["impl Monitor for ", "impl Shaper for "].iter().flat_map(|text| code.split(text).skip(1)).map(named).collect()
 }
@@ -98,19 +97,9 @@ fn quoted(text: &str) -> impl Iterator<Item = &str> {
     text.split('`').skip(1).step_by(2)
 }
 
-/// Appends all Rust sources below a folder to `into`.
-fn sources(folder: &Path, into: &mut String) {
-    for entry in std::fs::read_dir(folder).unwrap().flatten() {
-        let path = entry.path();
-        if path.ends_with("target") {
-            continue;
-        }
-        if path.is_dir() {
-            sources(&path, into);
-        } else if path.extension().is_some_and(|e| e == "rs") {
-            *into += &std::fs::read_to_string(path).unwrap();
-        }
-    }
+/// All Rust sources below some folders.
+fn sources(folders: &[&str]) -> String {
+    files_below(folders, ".rs").iter().map(|path| std::fs::read_to_string(path).unwrap()).collect()
 }
 
 /// Returns an error message if the item named in backquotes does not exist.
@@ -146,8 +135,7 @@ fn missing(name: &str, code: &str) -> Option<String> {
 #[test]
 fn every_file_test_fault_and_command_is_there() {
     let text = read("SAFETY.md");
-    let mut code = String::new();
-    ["core", "firmware", "host-sim", "tests"].iter().for_each(|folder| sources(&repository().join(folder), &mut code));
+    let code = sources(&["core", "firmware", "host-sim", "tests"]);
     let gone: Vec<String> = quoted(&text).filter_map(|name| missing(name, &code)).collect();
     assert!(gone.is_empty(), "SAFETY.md names what is not there: {gone:?}");
     for wrong in ["core/src/none.rs", "no_such_test", "Fault::Nothing", "palpate dance", "./test --dance"] {

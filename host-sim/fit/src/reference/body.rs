@@ -33,7 +33,6 @@ pub struct Material {
 
 impl Material {
     /// Stiffness at a point [m].
-    #[must_use]
     pub fn at(&self, x: &Vector3<f64>) -> Stiffness {
         let ball = self.inclusions.iter().rev().find(|ball| (x - Vector3::from(ball.center_m)).norm() <= ball.radius_m);
         Stiffness {
@@ -122,7 +121,6 @@ struct Element {
 
 impl Body {
     /// Prepares a body of this material.
-    #[must_use]
     pub fn new(
         mesh: QuadraticMesh,
         material: &Material,
@@ -136,7 +134,6 @@ impl Body {
 
     /// Prepares a body whose stiffness is a function of the tet (by index) and of the point (rest
     /// position [m]).
-    #[must_use]
     pub fn with_stiffness(
         mesh: QuadraticMesh,
         stiffness: impl Fn(usize, &Vector3<f64>) -> Stiffness,
@@ -157,18 +154,12 @@ impl Body {
                 points.push(Point { gradients, volume_m3: share * volume_m3, mu, lambda, stiffening_b: stiffness.stiffening_b });
             }
         }
-        let pattern = Pattern::new(&mesh, &[]);
+        let pattern = Pattern::new(&mesh);
         let rounding_m3 = f64::EPSILON * points.iter().map(|point| point.mu * point.volume_m3).sum::<f64>();
         Self { points_per_tet: rule.len(), mesh, fixed, touchable, copies, pattern, points, rounding_m3 }
     }
 
-    /// Reserves blocks of the tangent between all nodes of each group.
-    pub fn couple(&mut self, groups: &[[u32; 12]]) {
-        self.pattern = Pattern::new(&self.mesh, groups);
-    }
-
     /// Energy over Young's modulus [m^3]; `None` if an element is inverted.
-    #[must_use]
     pub fn energy(&self, displacement_m: &[Vector3<f64>], contact: Option<&Contact>) -> Option<f64> {
         let tets: Vec<usize> = (0..self.mesh.tets.len()).collect();
         let parts: Vec<Option<f64>> =
@@ -182,7 +173,6 @@ impl Body {
     }
 
     /// Energy, residual and tangent; `None` if an element is inverted.
-    #[must_use]
     pub fn assemble(&self, displacement_m: &[Vector3<f64>], contact: Option<&Contact>) -> Option<Assembled> {
         let mut sum = self.derive(displacement_m, true)?;
         if let Some(contact) = contact {
@@ -220,14 +210,12 @@ impl Body {
     }
 
     /// Product of the tangent and a vector over nodes, including fixed components.
-    #[must_use]
     pub fn tangent_times(&self, assembled: &Assembled, vector: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
         self.pattern.multiply(&assembled.tangent, vector)
     }
 
     /// Displacement of a point on a flat horizontal part of the touchable surface; `None` if there
     /// is no such surface at the point.
-    #[must_use]
     pub fn surface_at(&self, displacement_m: &[Vector3<f64>], at_m: &Vector3<f64>) -> Option<Vector3<f64>> {
         // rounding may place a point slightly outside a triangle
         const SLACK: f64 = 1e-9;

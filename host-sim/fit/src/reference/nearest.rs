@@ -18,7 +18,6 @@ pub struct Nearest {
 }
 
 /// Nearest point of the given triangles within `reach_m`; `None` if there is none.
-#[must_use]
 pub fn nearest(
     mesh: &QuadraticMesh,
     triangles: impl IntoIterator<Item = usize>,

@@ -25,7 +25,6 @@ const HALVINGS: usize = 60;
 
 impl Uniform {
     /// Converts a patch, which is then compressed along z.
-    #[must_use]
     pub fn of(model: &Model, params: &Params) -> Self {
         let rest = |n: usize| nalgebra::Vector3::from(model.nodes[n].rest_m.map(f64::from));
         let springs = model.springs.iter().map(|s| {
@@ -84,7 +83,6 @@ impl Uniform {
     }
 
     /// Engineering stress divided by E (1) at an engineering strain, both positive in compression.
-    #[must_use]
     pub fn stress(&self, b: f64, strain: f64) -> f64 {
         let along = 1.0 - strain;
         let (mut low, mut high) = (0.9, 2.5);

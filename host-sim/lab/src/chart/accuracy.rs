@@ -44,9 +44,6 @@ pub struct Accuracy {
 
 impl Accuracy {
     /// Presses from one hold to the next, deeper one.
-    ///
-    /// # Errors
-    /// The method diverged.
     pub fn measure(block: &Block, running: &mut dyn RunningMethod, reference: &Reference) -> Result<Self, Fault> {
         let mut accuracy = Self { force_n: [0.0; 4], force_error_pct: [None; 4], surface_error_mm: [None; 2] };
         let step_m = SPEED_M_PER_S * f64::from(block.params.tick_s);
@@ -69,22 +66,17 @@ impl Accuracy {
     }
 
     /// Root mean square of the force errors over the depths that have a reference [%].
-    #[must_use]
     pub fn rms_pct(&self) -> Option<f64> {
         mean(self.force_error_pct.iter().flatten().map(|e| e * e)).map(f64::sqrt)
     }
 
     /// Mean of the surface errors [mm].
-    #[must_use]
     pub fn surface_mm(&self) -> Option<f64> {
         mean(self.surface_error_mm.iter().flatten().copied())
     }
 }
 
 /// Mean force along the probe's axis once it has settled [N].
-///
-/// # Errors
-/// The method diverged.
 pub fn hold(block: &Block, running: &mut dyn RunningMethod, depth_m: f64) -> Result<f64, Fault> {
     let (mut last_n, mut still) = (f64::NAN, 0);
     for _ in 0..MOST_MEANS {

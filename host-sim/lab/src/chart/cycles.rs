@@ -24,7 +24,6 @@ const CORRECTION_FLOPS: f64 = 50.0;
 
 /// Estimated cycles of a tick on a Cortex-M4F at 168 MHz; `solver_flops` is the count of
 /// [`crate::methods::RunningMethod::solver_flops`].
-#[must_use]
 pub fn m4f_cycles(method: Method, block: &Block, substeps: u16, solver_flops: f64) -> Option<f64> {
     let machine = CostModel::named("m4f-168")?;
     let patch = Patch::build(&block.tissue, &Material::default(), None);

@@ -68,7 +68,6 @@ pub(super) fn scatter(x: &str, y: &str, budget: Option<(f64, &str)>, methods: &[
 /// The pictures for rows whose times were measured on `processor`. A quantity without a reference
 /// has no picture. The last compares, for each stiffness, the moving error with the held one of all
 /// models whose tick takes at most a millisecond.
-#[must_use]
 pub fn figures(runs: &[Run], processor: &str) -> Vec<Figure> {
     let below = format!("80 x 80 x 40 mm block, hemisphere R = 8 mm, substeps to survive 8 mm (hollow: did not); {processor}");
     let mut figures = Vec::new();

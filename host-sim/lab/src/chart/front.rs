@@ -3,7 +3,6 @@
 
 /// Indices of the points (cost, error) that no other point beats, by rising cost. A point that is
 /// not finite is left out; of equal points the first one is kept.
-#[must_use]
 pub fn front(points: &[(f64, f64)]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..points.len()).filter(|&n| points[n].0.is_finite() && points[n].1.is_finite()).collect();
     order.sort_by(|&a, &b| points[a].0.total_cmp(&points[b].0).then(points[a].1.total_cmp(&points[b].1)));
@@ -19,7 +18,6 @@ pub fn front(points: &[(f64, f64)]) -> Vec<usize> {
 /// Indices of the points (cost, error, error) that no other point matches in two of the three
 /// quantities and beats in the third, by rising cost. A point that is not finite is left out; of
 /// equal points the first one is kept.
-#[must_use]
 pub fn front_of_three(points: &[[f64; 3]]) -> Vec<usize> {
     let finite = |n: &usize| points[*n].iter().all(|v| v.is_finite());
     let beaten_by = |a: usize, b: usize| {

@@ -18,16 +18,12 @@ pub struct Moving(pub [RampError; SPEEDS_MM_PER_S.len()]);
 impl Moving {
     /// Root mean square over the ramps and the tap [%]; each error is relative to the largest force
     /// of its own ramp or tap.
-    #[must_use]
     pub fn rms_pct(&self) -> f64 {
         (self.0.iter().map(|ramp| ramp.rms_pct.powi(2)).sum::<f64>() / self.0.len() as f64).sqrt()
     }
 
     /// Runs every ramp and the tap. `None` for a stiffness without a dynamic reference, and for a
     /// method that is not available.
-    ///
-    /// # Errors
-    /// Fails if a method cannot be built; the inner error is the fault of a method that diverges.
     pub fn measure(method: Method, block: &Block, substeps: u16) -> Result<Option<Result<Self, Fault>>, Error> {
         let kpa = f64::from(block.params.youngs_modulus_pa) * 1e-3;
         let mut errors = Vec::new();

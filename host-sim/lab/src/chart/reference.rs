@@ -12,7 +12,6 @@ pub struct Reference(Answer);
 
 impl Reference {
     /// The shipped reference of the standard block.
-    #[must_use]
     pub fn block() -> Self {
         let answer = Answer::block();
         debug_assert_eq!(answer.tissue.block_m, Some(BLOCK_M));
@@ -20,14 +19,12 @@ impl Reference {
     }
 
     /// Force over E at a depth [m^2]; `None` if the reference has no hold there.
-    #[must_use]
     pub fn force_over_e_m2(&self, depth_m: f64) -> Option<f64> {
         self.0.hold([0.0; 3], depth_m).map(|h| h.force_over_e_m2)
     }
 
     /// Displacement [m] of the point of the top surface that was at (x, y) at rest, when the tip is
     /// at `depth_m`; `None` where the reference does not have it.
-    #[must_use]
     pub fn displacement_m(&self, depth_m: f64, at_m: [f64; 2]) -> Option<Vector3<f64>> {
         let surface = self.0.hold([0.0; 3], depth_m)?.surface.as_ref()?;
         surface.at_m(at_m).map(Vector3::from)

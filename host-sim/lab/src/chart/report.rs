@@ -6,11 +6,9 @@ use super::accuracy::{DEPTHS_M, SURFACE_DEPTHS_M};
 use super::front::{front, front_of_three};
 use super::moving::SPEEDS_MM_PER_S;
 use super::run::{Measured, Run};
-use super::term_errors::TermErrors;
 use crate::study::{Columns, Table};
 
 /// The rows of the chart, printed on request; what was not measured is left out.
-#[must_use]
 pub fn rows(name: &str, runs: &[Run]) -> Columns<Run> {
     let measured = |run: &Run, of: fn(&Measured) -> Option<f64>| run.outcome.as_ref().ok().and_then(of);
     let mut table = Table::rows(name, runs.to_vec())
@@ -46,23 +44,6 @@ pub fn rows(name: &str, runs: &[Run]) -> Columns<Run> {
             .csv(&format!("ramp_{speed}_mm_per_s_peak_pct"), |run| ramp(run, n).map(|r| r.peak_pct));
     }
     table
-}
-
-/// Errors of methods that lack the terms of the tissue.
-#[must_use]
-pub fn terms(errors: &[TermErrors]) -> Table {
-    Table::rows("terms", errors)
-        .col("method", |e| e.method.name())
-        .col("nodes", |e| e.nodes)
-        .col("has_terms", |e| e.has_terms)
-        .col("substeps", |e| e.substeps[0])
-        .col("substeps_stiffening", |e| e.substeps[1])
-        .col("held_1s_error_pct", |e| e.held_pct[0])
-        .col("held_10s_error_pct", |e| e.held_pct[1])
-        .col("stiffening_error_pct", |e| e.stiffening_pct)
-        .col("sideways_error_pct", |e| e.sideways_pct)
-        .all()
-        .about("error where the tissue relaxes, stiffens, rubs; ours with these terms, the others have none")
 }
 
 /// Point of a front of one cost against one error.
@@ -111,7 +92,6 @@ pub const ERRORS: [(&str, Quantity); 3] = [
 ];
 
 /// Young's moduli of the rows [Pa].
-#[must_use]
 pub fn moduli_pa(runs: &[Run]) -> Vec<f64> {
     let mut moduli: Vec<f64> = runs.iter().map(|r| r.task.youngs_modulus_pa).collect();
     moduli.dedup();
@@ -125,7 +105,6 @@ fn survivors<T>(runs: &[Run], modulus_pa: f64, of: impl Fn(&Measured) -> Option<
 }
 
 /// Every front of a cost against an error, by stiffness.
-#[must_use]
 pub fn fronts(runs: &[Run]) -> Vec<FrontRow> {
     let mut fronts = Vec::new();
     for youngs_modulus_pa in moduli_pa(runs) {
@@ -146,7 +125,6 @@ pub fn fronts(runs: &[Run]) -> Vec<FrontRow> {
 
 /// Every front in tick time, held error and moving error at once, by stiffness; empty if moving
 /// errors were not measured.
-#[must_use]
 pub fn moving_fronts(runs: &[Run]) -> Vec<MovingFrontRow> {
     let mut fronts = Vec::new();
     for youngs_modulus_pa in moduli_pa(runs) {

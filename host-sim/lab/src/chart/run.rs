@@ -46,7 +46,6 @@ pub struct Measured {
 impl Measured {
     /// Root mean square error while the probe moves [%]; `None` if it was not measured or the
     /// method diverged.
-    #[must_use]
     pub fn moving_rms_pct(&self) -> Option<f64> {
         self.moving.map(|moving| moving.rms_pct())
     }
@@ -54,13 +53,11 @@ impl Measured {
 
 impl Run {
     /// Returns the measured values if the method survived the deepest press.
-    #[must_use]
     pub fn survived(&self) -> Option<&Measured> {
         self.outcome.as_ref().ok().filter(|m| m.trial.failure.is_none())
     }
 
     /// "yes" if the method survived the deepest press, else the way in which it failed.
-    #[must_use]
     pub fn verdict(&self) -> String {
         match &self.outcome {
             Err(why) => why.clone(),
@@ -71,9 +68,6 @@ impl Run {
 
 /// Runs the rows of one method, mesh and stiffness, which differ only in their refinement; returns
 /// none of them if the method is not available.
-///
-/// # Errors
-/// Fails if a method cannot be built.
 pub fn measure(tasks: &[Task], block: &Block, reference: &Reference, moving: bool) -> Result<Vec<Run>, Error> {
     let Some(first) = tasks.first() else { return Ok(Vec::new()) };
     let survival = least_substeps(first.method, block)?;

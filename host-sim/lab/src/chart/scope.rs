@@ -33,20 +33,17 @@ const REFINEMENTS: [u16; 3] = [1, 2, 4];
 impl Scope {
     /// The whole chart: 4 sizes at 3.5 and 20 kPa, and also at 100 kPa if moving errors are
     /// measured.
-    #[must_use]
     pub fn full(moving: bool) -> Self {
         let moduli_pa = [3500.0, 20_000.0, 100_000.0];
         Self::of(&[57, 130, 410, 1020], if moving { &moduli_pa } else { &moduli_pa[..2] }, moving)
     }
 
     /// The two smallest sizes at 3.5 kPa.
-    #[must_use]
     pub fn quick(moving: bool) -> Self {
         Self::of(&[57, 130], &[3500.0], moving)
     }
 
     /// All methods at these sizes and stiffnesses [Pa].
-    #[must_use]
     pub fn of(sizes: &[usize], moduli_pa: &[f64], moving: bool) -> Self {
         let mut tasks = Vec::new();
         for &youngs_modulus_pa in moduli_pa {

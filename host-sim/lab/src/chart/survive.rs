@@ -80,9 +80,6 @@ pub struct Survival {
 
 /// Searches the smallest number of substeps by doubling, then by bisection. `None` if the method is
 /// not available; the inner error is the failure of a method that diverges with every number tried.
-///
-/// # Errors
-/// Fails if a method cannot be built.
 pub fn least_substeps(method: Method, block: &Block) -> Result<Option<Result<Survival, Failure>>, Error> {
     let most = if method.takes_substeps() { MOST_SUBSTEPS } else { 1 };
     let mut tried = Vec::new();

@@ -43,9 +43,6 @@ pub struct TickTime {
 }
 
 /// Times a method. `None` if it is not available.
-///
-/// # Errors
-/// Fails if a method cannot be built; the inner error reports divergence.
 pub fn tick_time(method: Method, block: &Block, substeps: u16) -> Result<Option<Result<TickTime, Fault>>, Error> {
     let whole = block.clone().refined(1);
     let timed =

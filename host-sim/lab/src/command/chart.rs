@@ -5,7 +5,7 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use crate::chart::peers::{self, Peers, StandardPress};
-use crate::chart::{Reference, Run, Scope, Task, TermErrors, figures, fronts, measure, moving_fronts, rows, term_errors, terms};
+use crate::chart::{Reference, Run, Scope, Task, figures, fronts, measure, moving_fronts, rows};
 use crate::methods::{Block, Method};
 use crate::study::{Findings, Study, Table, start};
 use palpate_sim::command::options::chart::{ChartArgs, ChartOptions};
@@ -14,11 +14,6 @@ use palpate_sim::error::Error;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::machine;
 use palpate_tissue::output::OutputFolder;
-
-/// Nodes and Young's modulus [Pa] of the block on which the terms are measured.
-const NODES: usize = 410;
-const QUICK_NODES: usize = 130;
-const TERMS_PA: f64 = 20e3;
 
 /// Conditions that all methods share, conditions in which they differ, and origin of the cycle
 /// estimates.
@@ -41,7 +36,6 @@ pub(super) struct Rows {
     /// Processor on which the ticks were timed.
     processor: String,
     runs: Vec<Run>,
-    terms: Vec<TermErrors>,
 }
 
 pub(super) fn run(args: &ChartArgs) -> Result<(), Error> {
@@ -71,20 +65,16 @@ impl Study for Chart {
     type Row = Rows;
 
     fn cases(&self) -> u64 {
-        let of_terms = if self.options.terms { Method::ALL.len() } else { 0 };
-        (self.groups().count() + of_terms) as u64
+        self.groups().count() as u64
     }
 
     fn run(&self, cases: Range<u64>) -> Result<Vec<(u64, Rows)>, Error> {
-        // the numbers of the cases count the groups of rows first, then the terms
-        let (first, end, groups) = (cases.start as usize, cases.end as usize, self.groups().count());
-        let runs = self.measure(first.min(groups)..end.min(groups))?;
-        let terms = self.terms(first.saturating_sub(groups)..end.saturating_sub(groups))?;
-        Ok(vec![(cases.start, Rows { processor: machine::processor(), runs, terms })])
+        let runs = self.measure(cases.start as usize..cases.end as usize)?;
+        Ok(vec![(cases.start, Rows { processor: machine::processor(), runs })])
     }
 
     fn findings(&self, parts: Vec<Rows>) -> Result<Findings, Error> {
-        let (mut runs, mut errors) = (Vec::new(), Vec::new());
+        let mut runs = Vec::new();
         let processor = parts.first().map_or(String::new(), |part| part.processor.clone());
         for part in parts {
             if part.processor != processor {
@@ -93,7 +83,6 @@ impl Study for Chart {
                 return Err(TissueError::Usage(why).into());
             }
             runs.extend(part.runs);
-            errors.extend(part.terms);
         }
         let (fronts, moving_fronts) = (fronts(&runs), moving_fronts(&runs));
         let timed = || fronts.iter().filter(|point| point.cost == "tick_us");
@@ -128,9 +117,6 @@ impl Study for Chart {
         }
         if let Some(peers) = &self.peers {
             peers::add(&mut findings, peers, &runs, self.options.moving)?;
-        }
-        if self.options.terms {
-            findings.tables.push(terms(&errors));
         }
         Ok(findings)
     }
@@ -179,24 +165,5 @@ impl Chart {
         }
         steps.finish();
         Ok(runs)
-    }
-
-    /// Measures the methods with these numbers in tissue with terms, on the block of 20 kPa.
-    fn terms(&self, methods: Range<usize>) -> Result<Vec<TermErrors>, Error> {
-        let nodes = if self.options.quick { QUICK_NODES } else { NODES };
-        let steps = Progress::new(methods.len() as u64, "terms");
-        let mut found = Vec::new();
-        for (n, method) in Method::ALL.into_iter().skip(methods.start).take(methods.len()).enumerate() {
-            steps.show(n, methods.len(), method.name());
-            let block = match method {
-                Method::Calibrated => Block::calibrated(nodes, TERMS_PA),
-                _ => Some(Block::standard(nodes, TERMS_PA)?),
-            };
-            if let Some(block) = block {
-                found.extend(term_errors(method, &block)?);
-            }
-        }
-        steps.finish();
-        Ok(found)
     }
 }

@@ -36,7 +36,6 @@ impl History {
     /// The three components of the force over Young's modulus at a time [m^2], interpolated
     /// linearly between the samples. Before the first sample and after the last the force is
     /// constant.
-    #[must_use]
     pub fn force_over_e_m2(&self, t_s: f64) -> [f64; 3] {
         let next = self.samples.partition_point(|sample| sample.t_s < t_s);
         let over_e = |sample: &Sample| sample.force_n.map(|f| f / self.youngs_modulus_pa);
@@ -52,7 +51,6 @@ impl History {
     }
 
     /// Largest normal force over Young's modulus [m^2].
-    #[must_use]
     pub fn peak_over_e_m2(&self) -> f64 {
         self.samples.iter().map(|sample| sample.normal_n).fold(0.0, f64::max) / self.youngs_modulus_pa
     }

@@ -46,7 +46,6 @@ pub struct March<'a> {
 
 impl<'a> March<'a> {
     /// A body at rest; `None` if there is not enough memory for the factor.
-    #[must_use]
     pub fn new(body: &'a Body, inertia: Inertia, spectral_radius: f64, tolerance: f64) -> Option<Self> {
         Some(Self {
             body,
@@ -61,7 +60,6 @@ impl<'a> March<'a> {
     }
 
     /// Number of Newton iterations so far.
-    #[must_use]
     pub fn iterations(&self) -> usize {
         self.solver.iterations
     }

@@ -37,7 +37,6 @@ pub struct Motion {
 
 impl Motion {
     /// Presses to a depth at constant speed and holds there.
-    #[must_use]
     pub fn ramp(speed_m_per_s: f64, depth_m: f64, hold_s: f64) -> Self {
         Self::asking(&[("speed_m_per_s", speed_m_per_s), ("depth_m", depth_m), ("hold_s", hold_s)])
             .go(Pose { depth_m, ..Pose::default() }, speed_m_per_s)
@@ -46,13 +45,11 @@ impl Motion {
 
     /// Presses to a depth at constant speed, holds there, retracts at the same speed and waits
     /// equally long at the rest surface.
-    #[must_use]
     pub fn tap(speed_m_per_s: f64, depth_m: f64, dwell_s: f64) -> Self {
         Self::ramp(speed_m_per_s, depth_m, dwell_s).go(Pose::default(), speed_m_per_s).hold(dwell_s)
     }
 
     /// Presses to the mean depth at constant speed, holds there and then oscillates about it.
-    #[must_use]
     pub fn sinusoid(approach: [f64; 2], mean_depth_m: f64, amplitude_m: f64, frequency_hz: f64, periods: f64) -> Self {
         let [speed_m_per_s, hold_s] = approach;
         let duration_s = periods / frequency_hz;
@@ -64,7 +61,6 @@ impl Motion {
 
     /// Presses to a depth at constant speed, settles there, and moves at that depth along the first
     /// tangential direction. The middle of the travel is the place of the press.
-    #[must_use]
     pub fn drag(approach: [f64; 2], depth_m: f64, speed_m_per_s: f64, travel_m: f64) -> Self {
         let [approach_m_per_s, settle_s] = approach;
         let asked = [
@@ -84,7 +80,6 @@ impl Motion {
 
     /// A motion without legs, with the tip on the rest surface; [`Self::go`] and [`Self::hold`] add
     /// legs.
-    #[must_use]
     pub fn at_touch() -> Self {
         Self { start: Pose::default(), legs: Vec::new(), asked: Vec::new() }
     }
@@ -94,7 +89,6 @@ impl Motion {
     }
 
     /// Adds a straight leg at constant speed.
-    #[must_use]
     pub fn go(mut self, to: Pose, speed_m_per_s: f64) -> Self {
         let from = self.end();
         let [x, y] = [0, 1].map(|k| to.across_m[k] - from.across_m[k]);
@@ -105,7 +99,6 @@ impl Motion {
     }
 
     /// Adds a leg at rest.
-    #[must_use]
     pub fn hold(mut self, duration_s: f64) -> Self {
         let to = self.end();
         self.asked.push(("hold_s", duration_s));
@@ -114,9 +107,6 @@ impl Motion {
     }
 
     /// Checks the range of every parameter.
-    ///
-    /// # Errors
-    /// Returns the first parameter that is not above zero and finite.
     pub fn check(&self) -> Result<(), DynamicError> {
         match self.asked.iter().find(|(_, value)| !(value.is_finite() && *value > 0.0)) {
             Some((key, value)) => Err(DynamicError::Motion { key, value: *value, range: "above zero and finite" }),
@@ -125,7 +115,6 @@ impl Motion {
     }
 
     /// Pose at a time; after the end, the last pose.
-    #[must_use]
     pub fn pose(&self, t_s: f64) -> Pose {
         let (mut from, mut left_s) = (self.start, t_s);
         for leg in &self.legs {
@@ -139,7 +128,6 @@ impl Motion {
     }
 
     /// Instants at which the velocity may jump, including start and end [s].
-    #[must_use]
     pub fn kinks_s(&self) -> Vec<f64> {
         let mut kinks_s = vec![0.0];
         for leg in &self.legs {
@@ -152,13 +140,11 @@ impl Motion {
     }
 
     /// Time at the end of the motion [s].
-    #[must_use]
     pub fn duration_s(&self) -> f64 {
         self.legs.iter().map(Leg::duration_s).sum()
     }
 
     /// Largest depth [m].
-    #[must_use]
     pub fn deepest_m(&self) -> f64 {
         let (mut from, mut deepest_m) = (self.start, self.start.depth_m);
         for leg in &self.legs {
@@ -172,7 +158,6 @@ impl Motion {
     }
 
     /// Minimum and maximum displacement along each direction at right angles to the press [m].
-    #[must_use]
     pub fn reach_m(&self) -> [[f64; 2]; 2] {
         [0, 1].map(|k| {
             let mut reach = [self.start.across_m[k]; 2];

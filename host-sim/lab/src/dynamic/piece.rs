@@ -31,10 +31,6 @@ pub struct Piece {
 
 impl Piece {
     /// Meshes the tissue of a scene for a motion.
-    ///
-    /// # Errors
-    /// Fails if finite elements cannot solve the scene, if the motion leaves the tissue, or if the
-    /// tissue cannot be meshed.
     pub fn of(scene: &Scene, motion: &Motion, settings: &Settings) -> Result<Self, DynamicError> {
         let mut task = Task::new(scene)?;
         task.deepest_m = motion.deepest_m();
@@ -70,7 +66,6 @@ impl Piece {
     }
 
     /// Position of the tip of the probe at a pose [m].
-    #[must_use]
     pub fn tip_m(&self, pose: &Pose) -> Vector3<f64> {
         self.place_m - self.axis * pose.depth_m + across(&self.axis, pose.across_m)
     }

@@ -44,7 +44,6 @@ pub(super) struct Anchored {
 
 impl Nodes {
     /// State of `count` nodes at rest.
-    #[must_use]
     pub fn at_rest(count: usize) -> Self {
         let zero = vec![Vector3::zeros(); count];
         Self { displacement_m: zero.clone(), velocity_m_per_s: zero.clone(), acceleration_m_per_s2: zero }
@@ -53,7 +52,6 @@ impl Nodes {
 
 impl Scheme {
     /// The scheme with a given spectral radius at infinite frequency, from 0 to 1.
-    #[must_use]
     pub fn new(spectral_radius: f64) -> Self {
         let alpha = (spectral_radius - 1.0) / (spectral_radius + 1.0);
         Self { alpha, beta: 0.25 * (1.0 - alpha) * (1.0 - alpha), gamma: 0.5 - alpha }

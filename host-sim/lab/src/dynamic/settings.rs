@@ -44,9 +44,6 @@ impl Default for Settings {
 
 impl Settings {
     /// Checks every setting against its range.
-    ///
-    /// # Errors
-    /// Returns the first setting that is outside its range.
     pub fn check(&self) -> Result<(), DynamicError> {
         let ranges = [
             ("step_s", self.step_s, 1e-6, 1e-1, "from 1e-6 to 0.1 s"),
@@ -65,7 +62,6 @@ impl Settings {
 
     /// Lengths of the steps between two kinks [s]. They grow from the first to the longest, and
     /// their sum is `whole_s`.
-    #[must_use]
     pub fn steps_s(&self, whole_s: f64) -> Vec<f64> {
         let (mut steps_s, mut sum_s) = (Vec::new(), 0.0);
         let mut next_s = self.step_s * self.first_step_share;

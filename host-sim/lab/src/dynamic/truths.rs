@@ -22,9 +22,6 @@ pub trait Computed {
     fn settings(&self) -> Settings;
 
     /// Computes the truth; `progress` is called with the time [s] after every step.
-    ///
-    /// # Errors
-    /// Errors of [`super::compute`].
     fn compute(&self, settings: &Settings, progress: impl FnMut(f64)) -> Result<History, DynamicError>;
 
     /// Samples a history of this truth at the spacing of the table. The press must be along z.

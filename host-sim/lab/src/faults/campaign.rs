@@ -57,7 +57,6 @@ pub struct Ground<'a> {
 
 impl<'a> Ground<'a> {
     /// Prepares a campaign with this device on this patch.
-    #[must_use]
     pub fn new(device: &'a DeviceProfile, light: &'a LightPatch) -> Self {
         Self { device, patch: &light.patch, params: &light.params, patch_n: light.static_n }
     }
@@ -66,9 +65,6 @@ impl<'a> Ground<'a> {
 /// Runs the cases with these numbers and this seed, about half of them on a wall and the rest on
 /// the patch. `done` is called with the number of runs after every batch. The tables of parts of a
 /// range add up to the table of the whole range.
-///
-/// # Errors
-/// Propagates build errors of the loop or the patch.
 pub fn campaign(ground: &Ground, cases: Range<u64>, seed: u64, done: impl Fn(u64) + Sync) -> Result<Table, BuildError> {
     let share = (cases.end - cases.start) / (BATCHES_PER_THREAD * rayon::current_num_threads() as u64);
     let length = share.clamp(BATCH[0], BATCH[1]);
@@ -122,9 +118,6 @@ pub struct LightPatch {
 impl LightPatch {
     /// Loads the shipped patch of 130 nodes at 20 kPa, with one step per tick, which is cheap
     /// enough for a hundred million runs.
-    ///
-    /// # Errors
-    /// The patch cannot be built.
     pub fn load() -> Result<Self, BuildError> {
         let Some((mut patch, packed)) = palpate_tissue::session::calibrated::sized(NODES) else {
             return Err(BuildError::NotAPatch);

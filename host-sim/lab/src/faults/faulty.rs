@@ -130,7 +130,6 @@ pub enum Injection {
 impl Injection {
     /// Whether device and board are still what the profile says: a bound on energy that follows
     /// from the profile holds only then.
-    #[must_use]
     pub fn keeps_profile(self) -> bool {
         !matches!(self, Self::Reading(_) | Self::ForceFault(_) | Self::Late { ticks: 2.., .. })
     }

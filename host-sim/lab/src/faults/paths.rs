@@ -29,9 +29,6 @@ const BATCH: u64 = 16;
 
 /// Runs the paths with these numbers and this seed; `done` is called after every batch. The tables
 /// of parts of a range, added in order, give the table of the whole range.
-///
-/// # Errors
-/// The loop or a patch refuses its settings.
 pub fn paths(ground: &PathGround, cases: Range<u64>, seed: u64, done: impl Fn(u64) + Sync) -> Result<PathTable, BuildError> {
     let part = |numbers: Range<u64>| {
         let mut table = PathTable::default();

@@ -68,9 +68,6 @@ impl Soak {
 }
 
 /// Runs on a wall and on the patch, each for half of the time [s].
-///
-/// # Errors
-/// Propagates build errors of the loop or the patch.
 pub fn soak(ground: &Ground, seconds: f64, done: impl Fn(u64) + Sync) -> Result<Soak, BuildError> {
     let half_s = 0.5 * seconds;
     let wall = || {

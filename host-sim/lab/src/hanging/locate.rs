@@ -29,7 +29,6 @@ struct Place {
 impl<'a> Locator<'a> {
     /// Prepares an organ of a mesh. A point outside the organ is replaced by the nearest point on
     /// its surface, if that is within `reach_m`.
-    #[must_use]
     pub fn new(mesh: &'a QuadraticMesh, organ: &Organ, reach_m: f64) -> Self {
         let tets = mesh.tets[organ.tets.clone()].iter().map(|tet| {
             let corners = [0, 1, 2, 3].map(|k| mesh.nodes_m[tet[k] as usize]);
@@ -41,7 +40,6 @@ impl<'a> Locator<'a> {
     }
 
     /// Nodes and shape functions of a point at rest [m]; `None` if the point is too far outside.
-    #[must_use]
     pub fn weights(&self, point_m: &Vector3<f64>) -> Option<Vec<(u32, f64)>> {
         for (place, nodes) in self.tets.iter().zip(&self.mesh.tets[self.organ.tets.clone()]) {
             if let Some(at) = place.holds(point_m) {
@@ -54,7 +52,6 @@ impl<'a> Locator<'a> {
 
     /// Displacement [m] of a point at rest [m], interpolated from those of the nodes; `None` if the
     /// point is too far outside.
-    #[must_use]
     pub fn displacement_at(&self, displacement_m: &[Vector3<f64>], point_m: &Vector3<f64>) -> Option<Vector3<f64>> {
         Some(self.weights(point_m)?.into_iter().map(|(n, share)| displacement_m[n as usize] * share).sum())
     }

@@ -30,7 +30,6 @@ pub struct Volume {
 }
 
 /// Combines meshes into one; the nodes, tets and triangles of each keep their order.
-#[must_use]
 pub fn join(meshes: &[QuadraticMesh]) -> (QuadraticMesh, Vec<Organ>) {
     let mut all = QuadraticMesh { nodes_m: vec![], tets: vec![], triangles: vec![] };
     let mut organs = Vec::with_capacity(meshes.len());
@@ -50,13 +49,11 @@ pub fn join(meshes: &[QuadraticMesh]) -> (QuadraticMesh, Vec<Organ>) {
 
 impl Organ {
     /// The organ that consists of a whole mesh.
-    #[must_use]
     pub fn whole(mesh: &QuadraticMesh) -> Self {
         Self { nodes: 0..mesh.nodes_m.len(), tets: 0..mesh.tets.len(), triangles: 0..mesh.triangles.len() }
     }
 
     /// Volume of the organ under displacements of the mesh's nodes [m].
-    #[must_use]
     pub fn volume(&self, mesh: &QuadraticMesh, displacement_m: &[Vector3<f64>]) -> Volume {
         // J is cubic within a tet, and this rule integrates it exactly
         let rule = TetRule::Eleven.points();

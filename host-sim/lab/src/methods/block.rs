@@ -58,9 +58,6 @@ pub struct Size {
 
 impl Block {
     /// The standard block with an exact number of nodes.
-    ///
-    /// # Errors
-    /// A number of nodes that the mesh generator rejects.
     pub fn standard(nodes: usize, youngs_modulus_pa: f64) -> Result<Self, Error> {
         let spec = BlockSpec { size_m: BLOCK_M, nodes, fine_at_m: [0.0; 2], fine_radius_m: RADIUS_M };
         let mesh = block(&spec).map_err(|cause| SceneError::value("chart", "nodes:", &cause.to_string()))?;
@@ -68,7 +65,6 @@ impl Block {
     }
 
     /// The standard block on the mesh of the shipped patch of this size, if there is one.
-    #[must_use]
     pub fn calibrated(nodes: usize, youngs_modulus_pa: f64) -> Option<Self> {
         let (patch, _) = palpate_tissue::session::calibrated::sized(nodes)?;
         Some(Self::of_mesh(patch.mesh(), youngs_modulus_pa, |x| x[2] <= -BLOCK_M[2] * (1.0 - 1e-6)))
@@ -76,7 +72,6 @@ impl Block {
 
     /// Any mesh under the standard probe, pressed at the origin; `fixed` selects the anchors by
     /// their rest position [m].
-    #[must_use]
     pub fn of_mesh(mesh: TetMesh, youngs_modulus_pa: f64, fixed: impl Fn(&[f64; 3]) -> bool) -> Self {
         let anchors = (0_u32..).zip(&mesh.nodes_m).filter(|(_, x)| fixed(x)).map(|(n, _)| n).collect();
         let stiffness_ratio = vec![1.0; mesh.tets.len()];
@@ -88,7 +83,6 @@ impl Block {
     }
 
     /// Any tissue under the probe of these parameters.
-    #[must_use]
     pub fn of_tissue(tissue: Tissue, params: Params) -> Self {
         Self {
             tissue,
@@ -102,7 +96,6 @@ impl Block {
     }
 
     /// Returns the block with a stiffer or softer ball inside.
-    #[must_use]
     pub fn with_inclusion(mut self, ball: Inclusion) -> Self {
         let mesh = &self.tissue.mesh;
         self.tissue.stiffness_ratio = mesh.tets.iter().map(|tet| ratio_of(mesh, tet, &[ball])).collect();
@@ -111,34 +104,29 @@ impl Block {
     }
 
     /// Returns the block with every substep split into this many parts.
-    #[must_use]
     pub fn refined(mut self, refinement: u16) -> Self {
         self.refinement = refinement;
         self
     }
 
     /// Tissue of the block with any inclusion removed.
-    #[must_use]
     pub fn even_tissue(&self) -> Tissue {
         Tissue { stiffness_ratio: vec![1.0; self.tissue.mesh.tets.len()], ..self.tissue.clone() }
     }
 
     /// Counts the nodes, edges and tets.
-    #[must_use]
     pub fn size(&self) -> Size {
         let mesh = &self.tissue.mesh;
         Size { nodes: mesh.nodes_m.len(), edges: palpate_tissue::mesh::surface::edges(&mesh.tets).len(), tets: mesh.tets.len() }
     }
 
     /// First and second Lamé constants, divided by E (1).
-    #[must_use]
     pub fn lame_over_modulus(&self) -> (f64, f64) {
         let nu = f64::from(self.params.poisson_ratio);
         (nu / ((1.0 + nu) * (1.0 - 2.0 * nu)), 0.5 / (1.0 + nu))
     }
 
     /// Whether each node is fixed, shape \[nodes\].
-    #[must_use]
     pub fn fixed(&self) -> Vec<bool> {
         let mut fixed = vec![false; self.tissue.mesh.nodes_m.len()];
         self.tissue.anchors.iter().for_each(|&n| fixed[n as usize] = true);
@@ -146,7 +134,6 @@ impl Block {
     }
 
     /// Position of the tip [m] when it is `depth_m` below the site.
-    #[must_use]
     pub fn tip_m(&self, depth_m: f64) -> Vector3<f32> {
         Vector3::from(self.tissue.site_m.map(|c| c as f32)) - self.params.probe.axis * depth_m as f32
     }

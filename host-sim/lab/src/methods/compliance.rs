@@ -22,9 +22,6 @@ pub struct Compliance {
 
 impl Compliance {
     /// Computes the displacements for a unit force on each touchable node.
-    ///
-    /// # Errors
-    /// Fails if the stiffness matrix cannot be factored.
     pub fn new(block: &Block) -> Result<Self, Error> {
         let linear = LinearElastic::of(block);
         let mut factor = Factor::<f64>::new(linear.rows, &linear.lower)?;

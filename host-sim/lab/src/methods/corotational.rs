@@ -41,7 +41,6 @@ impl Corotational {
     pub const FLOPS_PER_TET: f64 = 310.0;
 
     /// Creates the method at rest.
-    #[must_use]
     pub fn new(block: &Block) -> Self {
         let tets = RestTet::of(block);
         let (lambda, mu) = block.lame_over_modulus();

@@ -21,9 +21,6 @@ pub struct Factor<T> {
 impl<T: RealField + Copy> Factor<T> {
     /// Factors the matrix with these (row, column, value) in its lower triangle; duplicates are
     /// summed.
-    ///
-    /// # Errors
-    /// The matrix is not positive definite, or memory ran out.
     pub fn new(rows: usize, lower: &[(usize, usize, T)]) -> Result<Self, Error> {
         let refused =
             |why: String| Error::TooSlow(format!("a stiffness matrix of {rows} rows cannot be factored: {why}: check the mesh"));
@@ -66,13 +63,11 @@ impl<T: RealField + Copy> Factor<T> {
     }
 
     /// Number of stored entries of the factor, including zeros in dense blocks.
-    #[must_use]
     pub fn len(&self) -> usize {
         self.values.len()
     }
 
     /// Whether the matrix has no rows.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.values.is_empty()
     }

@@ -41,9 +41,6 @@ pub struct Implicit {
 
 impl Implicit {
     /// Assembles and factors the matrix.
-    ///
-    /// # Errors
-    /// Fails if the matrix cannot be factored.
     pub fn new(block: &Block, params: &Params) -> Result<Self, Error> {
         let linear = LinearElastic::of(block);
         let dt_s = params.tick_s / f32::from(params.substeps);

@@ -37,9 +37,6 @@ impl RunningMethod for Running<'_> {
 }
 
 /// The law of the standard block.
-///
-/// # Errors
-/// The stored answer or a stored ramp cannot be read.
 pub fn law() -> Result<Patch, Error> {
     let scene = Scene::load("block")?;
     let lacks = || Error::Check("the stored answer of the block lacks presses that a law needs: take it as it ships".into());

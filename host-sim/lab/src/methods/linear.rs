@@ -18,7 +18,6 @@ pub struct LinearElastic {
 
 impl LinearElastic {
     /// Assembles the stiffness matrix of a block.
-    #[must_use]
     pub fn of(block: &Block) -> Self {
         let mut rows = 0;
         let row: Vec<Option<usize>> = block

@@ -74,9 +74,6 @@ impl Meshless {
     pub const FLOPS_PER_PART: f64 = 36.0;
 
     /// Creates the method at rest.
-    ///
-    /// # Errors
-    /// Fails if the mesh is so flat that the nodes around an integration point span no volume.
     pub fn new(block: &Block) -> Result<Self, Error> {
         let mesh = &block.tissue.mesh;
         let shape = ShapeFunctions::new(mesh, REACH);
@@ -109,7 +106,6 @@ impl Meshless {
     }
 
     /// Sum of the numbers of nodes over all cells.
-    #[must_use]
     pub fn parts(&self) -> usize {
         self.parts.len()
     }

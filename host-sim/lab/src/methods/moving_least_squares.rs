@@ -34,7 +34,6 @@ pub struct ShapeFunctions {
 impl ShapeFunctions {
     /// Creates the shape functions of a mesh's nodes. A node reaches `reach` times as far as the
     /// farthest integration point of its tets; `reach` must be above 1.
-    #[must_use]
     pub fn new(mesh: &TetMesh, reach: f64) -> Self {
         let node_m: Vec<_> = mesh.nodes_m.iter().map(|x| Vector3::from(*x)).collect();
         let mut reach_m = vec![0.0_f64; node_m.len()];
@@ -51,9 +50,6 @@ impl ShapeFunctions {
 
     /// Shape functions that are not zero at a point of the rest configuration [m], in ascending
     /// order of nodes.
-    ///
-    /// # Errors
-    /// Fewer than four nodes reach the point, or all that reach it are coplanar.
     pub fn at(&self, at_m: &Vector3<f64>) -> Result<Vec<Share>, Error> {
         let mut near = Vec::new();
         let mut moment = Matrix4::zeros();
@@ -80,9 +76,6 @@ impl ShapeFunctions {
 
     /// Means of the shape functions over a triangle of the rest configuration, in ascending order
     /// of nodes.
-    ///
-    /// # Errors
-    /// Errors of [`Self::at`].
     pub fn mean(&self, corners_m: &[Vector3<f64>; 3]) -> Result<Vec<Share>, Error> {
         let mut parts = Vec::new();
         for at_m in integration_points_m(corners_m) {
@@ -94,7 +87,6 @@ impl ShapeFunctions {
 
 /// Points half way from the centre of a triangle to its corners, which with equal weights integrate
 /// quadratic polynomials exactly.
-#[must_use]
 pub fn integration_points_m(corners_m: &[Vector3<f64>; 3]) -> [Vector3<f64>; 3] {
     let middle_m = (corners_m[0] + corners_m[1] + corners_m[2]) / 3.0;
     corners_m.map(|corner_m| middle_m.lerp(&corner_m, 0.5))

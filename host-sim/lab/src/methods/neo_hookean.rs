@@ -45,7 +45,6 @@ impl NeoHookean {
     pub const FLOPS_NODAL: f64 = 70.0;
 
     /// Creates the method at rest.
-    #[must_use]
     pub fn new(block: &Block, volume: Volume) -> Self {
         let tets = RestTet::of(block);
         let (lambda, mu) = block.lame_over_modulus();

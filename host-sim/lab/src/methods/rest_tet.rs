@@ -23,7 +23,6 @@ pub struct RestTet {
 
 impl RestTet {
     /// Rest data of all tets of a block.
-    #[must_use]
     pub fn of(block: &Block) -> Vec<Self> {
         let mesh = &block.tissue.mesh;
         mesh.tets
@@ -82,7 +81,6 @@ pub(super) fn diagonal_m(block: &Block, tets: &[RestTet], lambda: f64, mu: f64) 
 
 impl RestTet {
     /// Gradients of all four shape functions [1/m].
-    #[must_use]
     pub fn all_gradients(&self) -> [Vector3<f32>; 4] {
         let [b, c, d] = self.gradient;
         [-(b + c + d), b, c, d]

@@ -1,17 +1,15 @@
 //! Paper 004: soft tissue under local compression. A finger presses an abdomen and a foot with
-//! layers. Reproduces Figs. 5 to 9, and shows where the formulas fail.
+//! layers. Reproduces Figs. 5 to 9.
 //!
 //! The paper's tomography is not public, and its finite elements are those of another paper. The
 //! organs here are therefore our own shapes, and the reference is our own finite elements. Table 1
-//! and (14) are checked by a test (`lab/src/score`).
+//! and (14) are checked by a test (`lab/src/score.rs`).
 
 pub mod checkpoint;
-pub mod failures;
 mod figures;
 mod find_depth;
 pub mod fit;
 pub mod hausdorff;
-pub mod identifiability;
 pub mod methods;
 mod progress;
 mod report;
@@ -19,7 +17,6 @@ pub mod rest;
 pub mod scene;
 pub mod schedule;
 pub mod site;
-pub mod steps;
 mod study;
 pub mod sweep;
 pub mod truth;
@@ -40,23 +37,19 @@ use study::{Size, on_block, on_organ};
 pub struct Options {
     /// Computes few forces, few trials and coarser organs, in less than a minute.
     pub quick: bool,
-    /// Name of a preset, or path of a scene file; `None` runs both presets.
+    /// Name of a preset; `None` runs both presets.
     pub scene: Option<String>,
     /// Origin of the report, which its summary states.
     pub provenance: serde_json::Value,
 }
 
 /// Regenerates the figures and writes the report into the folder `out`, which is made once the
-/// scenes have been checked.
-///
-/// # Errors
-/// Fails if the scene is invalid, if the core or a method rejects the model, or if the folder
-/// cannot be written.
+/// organs are meshed.
 pub fn run(options: &Options, out: &Path, progress: &dyn Progress) -> Result<(), Error> {
     let size = if options.quick { Size::quick() } else { Size::full() };
-    let names = options.scene.clone().map_or_else(|| PRESETS.map(|(name, _)| name.to_owned()).to_vec(), |name| vec![name]);
-    // all scenes are checked before anything is computed
-    let scenes = names.iter().map(|name| PressScene::load(name)).collect::<Result<Vec<_>, SceneError>>()?;
+    let wanted = |(name, _): &&(&str, &str)| options.scene.as_deref().is_none_or(|only| only == *name);
+    let scenes = PRESETS.iter().filter(wanted).map(|(name, text)| PressScene::parse(name, text));
+    let scenes = scenes.collect::<Result<Vec<_>, SceneError>>()?;
     let sites = scenes.iter().map(|scene| Site::of(scene, size.coarser)).collect::<Result<Vec<_>, Error>>()?;
     let folder = OutputFolder::open(out)?.made_by(options.provenance.clone());
     let trials = 2 * size.trials[0] + scenes.len() * size.trials[1];

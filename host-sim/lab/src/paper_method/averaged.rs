@@ -10,7 +10,6 @@ pub struct Averaged {
 
 impl Averaged {
     /// Reserves memory for `nodes` nodes, so that no step allocates.
-    #[must_use]
     pub fn for_nodes(nodes: usize) -> Self {
         Self { sums: vec![(Vector3::zeros(), 0.0); nodes] }
     }

@@ -21,9 +21,6 @@ pub struct Region {
 /// Moves the free nodes of the region by one substep, or all free nodes if there is no region;
 /// returns their number. `velocity` returns a component of the new velocity [m/s] from the old one,
 /// the force over E [N/Pa], and the change of velocity per force over E.
-///
-/// # Errors
-/// Fails with [`Fault::Diverged`] if a node is not finite or too fast.
 pub fn advance_within(
     region: Option<Region>,
     model: &Model,
@@ -90,13 +87,11 @@ struct Seen {
 
 impl StressRule {
     /// Creates the rule without a contact.
-    #[must_use]
     pub fn new(least_stress_pa: f32, poisson_ratio: f32, pressure: ContactPressure) -> Self {
         Self { least_stress_pa, poisson_ratio, pressure, seen: None }
     }
 
     /// Contact pressure `F_c` of (8) [Pa].
-    #[must_use]
     pub fn pressure_pa(&self, youngs_modulus_pa: f32, force_n: f32, depth_m: f32) -> f32 {
         let plane = youngs_modulus_pa * depth_m / (1.0 - self.poisson_ratio * self.poisson_ratio);
         let factor = match self.pressure {
@@ -110,7 +105,6 @@ impl StressRule {
     /// Where (7) gives less than `radius_m`, or nothing because even the contact pressure is below
     /// the threshold, the result is `radius_m`: this is our addition, so that touched nodes can
     /// move.
-    #[must_use]
     pub fn radius_m(&self, pressure_pa: f32, radius_m: f32) -> f32 {
         let share = self.least_stress_pa / pressure_pa;
         if share >= 1.0 {
@@ -124,7 +118,6 @@ impl StressRule {
     }
 
     /// The region of this tick; `None`, which means that all nodes are active, without contact.
-    #[must_use]
     pub fn select(&self, tuned: &Tuned, state: &State) -> Option<Region> {
         let seen = self.seen.filter(|_| state.in_contact())?;
         let pressure_pa = self.pressure_pa(tuned.youngs_modulus_pa(), seen.force_n, seen.depth_m);

@@ -22,9 +22,6 @@ pub struct VelocityVerlet {
 impl VelocityVerlet {
     /// Moves the nodes of the region by one substep; returns their number. Nodes outside the region
     /// lose their velocity.
-    ///
-    /// # Errors
-    /// Fails with [`Fault::Diverged`] if a node is not finite or too fast.
     pub fn advance(&mut self, model: &Model, tuned: &Tuned, state: &mut State) -> Result<u16, Fault> {
         let keep = tuned.velocity_kept();
         let close = if self.under_way { 0.5 } else { 0.0 };

@@ -82,7 +82,6 @@ pub const CONTROLLERS: [Controller; 10] = [
 
 impl Controller {
     /// Name in tables and pictures.
-    #[must_use]
     pub fn name(self) -> String {
         match self {
             Self::Ours => "ours".into(),
@@ -98,7 +97,6 @@ impl Controller {
     }
 
     /// Settings of the cycle under this controller.
-    #[must_use]
     pub fn settings(self, device: &DeviceProfile) -> Settings {
         let safe = Settings::safe(&device.limits(Vector3::zeros()));
         let max_force_n = safe.limits.max_force_n.min(device.force_limit_n as f32);

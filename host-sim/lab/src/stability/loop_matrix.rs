@@ -56,7 +56,6 @@ const FORCE_SHARE: f64 = 0.85;
 /// Largest stiffness of a spring [N/m] that any passive hand can hold without the loop creating
 /// energy: `K = (b - |B|) / (T / 2 + t_d)` (Colgate and Schenkel, J. Robotic Systems 14, 1997; with
 /// a delay after Gil, Hulin and others), `b` the device's own damping and `B = 0`, the wall's.
-#[must_use]
 pub fn passive_n_per_m(device: &DeviceProfile) -> f64 {
     let late_s = f64::from(device.delay_ticks) * 1e-3 + device.amplifier_lag_s;
     device.damping_n_s_per_m / (0.5e-3 + late_s)
@@ -96,9 +95,6 @@ const SWEPT: [&str; 2] = ["touch", "frictionless"];
 
 impl Scope {
     /// `quick` runs the Touch alone; `full` adds every shipped profile at its own delay.
-    ///
-    /// # Errors
-    /// Fails if a profile cannot be read.
     pub fn new(quick: bool, full: bool) -> Result<Self, Error> {
         let mut cases = Vec::new();
         for name in if quick { &SWEPT[..1] } else { &SWEPT[..] } {
@@ -116,13 +112,11 @@ impl Scope {
     }
 
     /// Number of cases, cells first and then ceilings, by which [`Part::measure`] numbers them.
-    #[must_use]
     pub fn cases(&self) -> usize {
         self.cells() + self.ceilings.cases()
     }
 
     /// Number of steps that [`Part::measure`] reports for these cases.
-    #[must_use]
     pub fn steps(&self, cases: Range<usize>) -> usize {
         let [cells, ceilings] = self.split(cases);
         cells.len() + self.ceilings.steps(ceilings)
@@ -162,9 +156,6 @@ pub struct LoopSummary {
 
 impl Part {
     /// Measures the cases with these numbers; `done` is called after every step.
-    ///
-    /// # Errors
-    /// A device or a patch that the loop rejects.
     pub fn measure(scope: &Scope, cases: Range<usize>, done: &(impl Fn() + Sync)) -> Result<Self, Error> {
         let [cells, ceilings] = scope.split(cases);
         let all = scope
@@ -193,7 +184,6 @@ impl Part {
 
 impl LoopSummary {
     /// Summarises the results of all cases.
-    #[must_use]
     pub fn of(all: Part) -> Self {
         let broken = broken(&all.cells);
         Self { cells: all.cells, ceilings: ceiling::joined(all.ceilings), broken }

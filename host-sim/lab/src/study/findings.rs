@@ -42,7 +42,6 @@ impl Claim {
     }
 
     /// Verdict on the claim, in words.
-    #[must_use]
     pub fn verdict(&self) -> &'static str {
         match self.holds {
             Some(true) => "holds",
@@ -89,9 +88,6 @@ impl Findings {
 
     /// Writes everything, prints it with the verdict before and after, and returns the verdict.
     /// With `all`, every row is printed.
-    ///
-    /// # Errors
-    /// A promise does not hold, or the folder cannot be written.
     pub fn report(&self, folder: OutputFolder, all: bool) -> Result<(), Error> {
         for table in &self.tables {
             folder.write(&format!("{}.csv", table.name), table.csv().as_bytes())?;

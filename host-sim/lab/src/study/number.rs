@@ -6,17 +6,11 @@ use serde::{Deserialize, Deserializer, Serializer};
 use serde_json::Value;
 
 /// Writes a number.
-///
-/// # Errors
-/// Errors of the serializer.
 pub fn serialize<S: Serializer>(number: &f64, to: S) -> Result<S::Ok, S::Error> {
     if number.is_finite() { to.serialize_f64(*number) } else { to.collect_str(number) }
 }
 
 /// Reads what [`serialize`] wrote.
-///
-/// # Errors
-/// The value is no number.
 pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
     let number = match Value::deserialize(from)? {
         Value::String(text) => text.parse().ok(),

@@ -24,9 +24,6 @@ pub struct Table {
 
 impl Table {
     /// Table of all rows, each a struct of numbers and texts whose fields name the columns.
-    ///
-    /// # Errors
-    /// A row is not flat.
     pub fn of<R: Serialize>(name: impl Into<String>, rows: &[R]) -> Result<Self, Error> {
         let name = name.into();
         let unwritable = |why: &dyn std::fmt::Display| {
@@ -53,56 +50,47 @@ impl Table {
     }
 
     /// Hides all but these rows, unless `--all` is given.
-    #[must_use]
     pub fn only(self, shown: impl IntoIterator<Item = bool>) -> Self {
         Self { shown: shown.into_iter().collect(), ..self }
     }
 
     /// Prints only these columns.
-    #[must_use]
     pub fn columns(mut self, printed: &[&str]) -> Self {
         self.printed = self.header.iter().map(|name| printed.contains(&name.as_str())).collect();
         self
     }
 
     /// Puts a line above the header.
-    #[must_use]
     pub fn about(self, about: impl Into<String>) -> Self {
         Self { about: about.into(), ..self }
     }
 
     /// Prints the cells as they are, without rounding.
-    #[must_use]
     pub fn verbatim(self) -> Self {
         Self { verbatim: true, ..self }
     }
 
     /// Keeps the table off the terminal and the report: it is only written as CSV.
-    #[must_use]
     pub fn quiet(self) -> Self {
         Self { quiet: true, ..self }
     }
 
     /// Whether it is only written as CSV.
-    #[must_use]
     pub fn is_quiet(&self) -> bool {
         self.quiet
     }
 
     /// Text above the header.
-    #[must_use]
     pub fn heading(&self) -> &str {
         &self.about
     }
 
     /// Whether some rows are printed only with `--all`.
-    #[must_use]
     pub fn is_cut(&self) -> bool {
         self.shown.contains(&false)
     }
 
     /// The table as CSV.
-    #[must_use]
     pub fn csv(&self) -> String {
         let mut writer = csv::Writer::from_writer(Vec::new());
         // writing to memory cannot fail, and all rows have the length of the header
@@ -111,7 +99,6 @@ impl Table {
     }
 
     /// The table as Markdown.
-    #[must_use]
     pub fn markdown(&self) -> String {
         let (header, rows) = self.chosen(true);
         let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
@@ -120,7 +107,6 @@ impl Table {
     }
 
     /// The table with aligned columns and numbers of four digits, or nothing if no row is printed.
-    #[must_use]
     pub fn print(&self, all: bool) -> String {
         let (header, rows) = self.chosen(all);
         if rows.is_empty() {
@@ -158,25 +144,21 @@ pub struct Columns<R> {
 
 impl<R> Columns<R> {
     /// Adds a column.
-    #[must_use]
     pub fn col<V: Cell>(self, name: &str, of: impl Fn(&R) -> V) -> Self {
         self.with(name, of, true)
     }
 
     /// Adds a column that is in the CSV only.
-    #[must_use]
     pub fn csv<V: Cell>(self, name: &str, of: impl Fn(&R) -> V) -> Self {
         self.with(name, of, false)
     }
 
     /// The table, of which only these rows are printed without `--all`.
-    #[must_use]
     pub fn only(self, shown: impl Fn(&R) -> bool) -> Table {
         Table { shown: self.rows.iter().map(shown).collect(), ..self.table }
     }
 
     /// The table.
-    #[must_use]
     pub fn all(self) -> Table {
         self.table
     }

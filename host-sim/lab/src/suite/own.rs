@@ -35,7 +35,6 @@ const ELEMENTS_RADII: [(usize, f64); 3] = [(57, 1.0), (130, 0.75), (410, 0.5)];
 const RIM: f64 = 0.85;
 
 /// The folder of the scenes.
-#[must_use]
 pub fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("suite")
 }

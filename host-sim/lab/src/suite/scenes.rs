@@ -150,7 +150,6 @@ impl SuiteScene {
     }
 
     /// Whether the scene has motions.
-    #[must_use]
     pub fn moves(&self) -> bool {
         match &self.kind {
             Kind::Stored { motions, .. } => !motions.is_empty(),

@@ -3,22 +3,16 @@
 use std::sync::OnceLock;
 
 use crate::bench::Noise;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 use palpate_lab::methods::{Block, Law, Meshless, Method, NeoHookean, Volume};
-use palpate_lab::paper::local_compression::failures::{barycentre, correction, region};
 use palpate_lab::paper::local_compression::fit::{Target, distance_mm};
 use palpate_lab::paper::local_compression::hausdorff::{directed, hausdorff};
-use palpate_lab::paper::local_compression::identifiability::largest_step_s;
 use palpate_lab::paper::local_compression::methods::{Fitted, StudyMethod};
 use palpate_lab::paper::local_compression::scene::{PRESETS, PressScene};
 use palpate_lab::paper::local_compression::schedule::{Schedule, Verdict, Walk};
 use palpate_lab::paper::local_compression::site::Site;
-use palpate_lab::paper::local_compression::steps::hold;
 use palpate_lab::paper::local_compression::truth::Truth;
 use palpate_lab::paper::local_compression::{Options, run};
-use palpate_lab::paper_method::region::ContactPressure;
-use palpate_tissue::mesh::TetMesh;
-use palpate_tissue::patch::{Material, Patch};
 use serde_json::Value;
 
 /// Spring stiffness that corresponds to 20 kPa on these blocks [N/m].
@@ -119,43 +113,9 @@ fn a_fit_is_at_no_distance_from_itself_and_further_from_stiffer_springs() {
     assert!(simulator.trajectory(1e6, 0.0).is_none());
 }
 
-/// The largest stable step, found by bisection, is two over the highest frequency, which a power
-/// iteration on the springs' stiffness gives here in double precision.
+/// A press to a force ends at that force, and at a depth that does not depend on the step.
 #[test]
-fn the_largest_step_is_that_of_the_highest_mode() {
-    let block = block();
-    let patch = Patch::build(&block.tissue, &Material::default(), None);
-    let model = patch.wide_model();
-    let density = f64::from(block.params.density_kg_per_m3);
-    let fixed = block.fixed();
-    let x: Vec<Vector3<f64>> = model.nodes.iter().map(|n| Vector3::from(n.rest_m).cast()).collect();
-    let mass: Vec<f64> = model.nodes.iter().map(|n| density * f64::from(n.volume_m3)).collect();
-    let (mut mode, mut square) = (points(7, x.len()), 0.0);
-    for _ in 0..3000 {
-        let mut force = vec![Vector3::zeros(); x.len()];
-        for s in model.springs {
-            let (i, j) = (usize::from(s.i), usize::from(s.j));
-            let along = (x[j] - x[i]).normalize();
-            let pull: Vector3<f64> = Matrix3::from(along * along.transpose()) * (mode[j] - mode[i]) * STIFFNESS_N_PER_M;
-            force[i] -= pull;
-            force[j] += pull;
-        }
-        for n in 0..x.len() {
-            force[n] = if fixed[n] { Vector3::zeros() } else { force[n] / mass[n] };
-        }
-        square = force.iter().map(Vector3::norm_squared).sum::<f64>().sqrt();
-        mode = force.into_iter().map(|f| f / square).collect();
-    }
-    let wanted_s = 2.0 / square.sqrt();
-    let found_s = largest_step_s(&block, STIFFNESS_N_PER_M, 0.0).unwrap();
-    assert!((found_s / wanted_s - 1.0).abs() < 0.05, "{found_s} s, the highest mode says {wanted_s} s");
-    assert!(largest_step_s(&block, STIFFNESS_N_PER_M, 3.11).unwrap() < 0.1 * found_s);
-}
-
-/// A press to a force and a hold at the resulting depth give the same force, by whichever criterion
-/// the wait ended.
-#[test]
-fn a_press_by_force_and_by_depth_agree() {
+fn a_press_ends_at_its_force_and_at_one_depth() {
     let block = block();
     for contestant in [
         StudyMethod::Charted(Method::Palpate),
@@ -165,9 +125,6 @@ fn a_press_by_force_and_by_depth_agree() {
         let step_s = contestant.step_s(&block, 0.8).unwrap().unwrap().unwrap();
         let rest = contestant.press(&block, step_s, 0.8, 1).unwrap().unwrap().unwrap();
         assert!((rest.force_n / 0.8 - 1.0).abs() < 0.01, "{}: {} N", contestant.name(), rest.force_n);
-        let own = contestant.block(&block, step_s);
-        let held = contestant.run(&own, |running| hold(&own, running, rest.depth_m)).unwrap().unwrap().unwrap();
-        assert!((held.force_n / rest.force_n - 1.0).abs() < 0.01, "{}: {} N held", contestant.name(), held.force_n);
         // the final state does not depend on the step
         let finer =
             contestant.press(&block, if step_s < 1e-3 { step_s / 2.0 } else { step_s }, 0.8, 1).unwrap().unwrap().unwrap();
@@ -232,72 +189,6 @@ fn methods_take_uneven_tissue() {
     }
 }
 
-#[test]
-fn the_printed_correction_depends_on_the_step_and_the_energy_does_not() {
-    let found = correction::measure(&block(), STIFFNESS_N_PER_M, &[2.5e-4, 6.25e-5]).unwrap();
-    let ratio = |which| {
-        let points = &found.iter().find(|c| c.compensation == which).unwrap().points;
-        assert_eq!(points.len(), 2, "{which:?}");
-        points[0].1 / points[1].1
-    };
-    assert!((ratio(correction::Compensation::Energy) - 1.0).abs() < 0.01);
-    assert!((ratio(correction::Compensation::None) - 1.0).abs() < 0.01);
-    assert!((ratio(correction::Compensation::Printed(0.0)) - 1.0).abs() > 0.15);
-}
-
-#[test]
-fn a_lower_threshold_keeps_more_nodes_awake() {
-    let found = region::measure(&block(), STIFFNESS_N_PER_M, &[2000.0, 300.0, 1.0]).unwrap();
-    let of = |form| found.iter().filter(|a| a.pressure == form).collect::<Vec<_>>();
-    for form in [ContactPressure::UniformLoad, ContactPressure::RigidPunch] {
-        let awake = of(form);
-        assert!(awake.windows(2).all(|w| w[0].share <= w[1].share && w[0].radius_m < w[1].radius_m), "{awake:?}");
-        assert!(awake[0].share < 1.0 && awake[0].force_error > 0.02, "{awake:?}");
-        assert!(awake[2].share == 1.0 && awake[2].force_error.abs() < 1e-3, "{awake:?}");
-    }
-}
-
-#[test]
-fn only_a_regular_tet_does_not_push_itself() {
-    let tet = |d: [f64; 3]| {
-        let nodes_m = vec![[1.0, 1.0, 1.0], [-1.0, -1.0, 1.0], [-1.0, 1.0, -1.0], d];
-        let mesh = TetMesh { nodes_m, tets: vec![[0, 1, 2, 3]], regions: vec![0] };
-        barycentre::net_share(&Block::of_mesh(mesh, 1e3, |_| false))[1]
-    };
-    assert!(tet([1.0, -1.0, -1.0]) < 1e-12);
-    assert!(tet([3.0, -1.0, -1.0]) > 0.1);
-}
-
-#[test]
-fn bad_scenes_are_refused_in_one_line() {
-    let text = PRESETS[0].1;
-    let cases = [
-        (text.replace("organ = \"abdomen\"", "organ = \"abdomne\""), "abdomne"),
-        (text.replace("name = \"fat\"", "name = \"fatt\""), "region[1].name"),
-        (text.replace("[[region]]\nname = \"fat\"\nyoungs_modulus_pa = 21.8e3", ""), "\"fat\" is missing"),
-        (text.replace("from_m = [0.03, 0.0, 0.2]", "from_m = [0.5, 0.0, 0.2]"), "miss the organ"),
-        (text.replace("youngs_modulus_pa = 35.0e3", "youngs_modulus_pa = -35.0e3"), "region[0].youngs_modulus_pa"),
-        (text.replace("forces_n = [0.8, 1.6, 2.4]", "forces_n = [0.8, 0.6]"), "finger.forces_n[1]"),
-        (text.replace("from_m = [0.03, 0.0, 0.2]", "from_m = [0.03, 0.0, 0.02]"), "is inside the organ"),
-        (text.replace("name = \"abdomen-press\"", "name = \"block\""), "rename the scene"),
-        (text.replace("growth = 2.0", "groth = 2.0"), "did you mean \"growth\""),
-        (text.replace("poisson_ratio = 0.45", "poisson_ratio = 0.5"), "poisson_ratio"),
-        (text.replace("organ = \"abdomen\"", "mesh_file = \"x.msh\""), "length_unit"),
-    ];
-    let desk = tempfile::tempdir().unwrap();
-    for (case, (text, says)) in cases.into_iter().enumerate() {
-        let path = desk.path().join(format!("case{case}.toml"));
-        std::fs::write(&path, text).unwrap();
-        let out = desk.path().join("out");
-        let error = run(&Options { quick: true, scene: Some(path.display().to_string()), provenance: Value::Null }, &out, &())
-            .unwrap_err();
-        assert!(!out.exists(), "case {case} left a folder");
-        let line = error.to_string();
-        assert!(line.contains(says) && !line.contains('\n'), "case {case}: {line}");
-        assert_eq!(error.exit_code(), 2, "case {case}: {line}");
-    }
-}
-
 /// Report, summary and folder of a quick run.
 fn quick_run() -> &'static (String, Value, tempfile::TempDir) {
     static RUN: OnceLock<(String, Value, tempfile::TempDir)> = OnceLock::new();
@@ -324,15 +215,13 @@ fn the_report_has_every_figure() {
             assert!(std::fs::metadata(&path).is_ok_and(|m| m.len() > 1000), "{} is missing", path.display());
         }
     }
-    let curves =
-        ["fig7_stiffness", "fig8_block", "fig9_block", "correction_against_step", "region_awake", "volume_force", "presses"];
-    for curve in curves {
+    for curve in ["fig7_stiffness", "fig8_block", "fig9_block", "presses"] {
         let text = std::fs::read_to_string(desk.path().join(curve).with_extension("csv")).unwrap();
         assert!(text.lines().count() > 2 && !text.contains("NaN"), "{curve}.csv: {text}");
     }
     assert!(!report.contains("NaN") && !report.contains("inf "), "{report}");
     let claims = summary["claims"].as_array().unwrap();
-    assert!(claims.len() >= 8 && report.contains("| does not hold |"));
+    assert!(claims.len() >= 5 && report.contains("| does not hold |"));
     // the fits are finished, so no notes for continuing them remain
     let hidden = format!(".{}.", desk.path().file_name().unwrap().to_string_lossy());
     let beside = std::fs::read_dir(desk.path().parent().unwrap()).unwrap().flatten();
@@ -361,7 +250,4 @@ fn the_report_says_what_was_measured() {
         // the product, uncalibrated, on a coarse mesh
         assert!((product[0] / truth[0] - 1.0).abs() < 0.2, "{product:?} beside {truth:?}");
     }
-    let largest: Vec<f64> = table("largest_step.csv").iter().map(|row| row["largest_step_s"].parse().unwrap()).collect();
-    assert!(largest[3] < 1e-4, "the paper's values ran at {} s", largest[3]);
-    assert!(largest[0] > 10.0 * largest[3]);
 }

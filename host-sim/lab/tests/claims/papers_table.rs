@@ -1,22 +1,11 @@
 //! The table of equations in PAPERS.md names files, functions and tests that exist.
 
-use crate::palpate_command::repository;
+use crate::palpate_command::{files_below, repository};
 
 /// Code of all files below `tests` and of all unit tests, as one text.
 fn all_tests() -> String {
-    let mut text = String::new();
-    let mut folders = vec![repository().join("tests"), repository().join("core/src"), repository().join("host-sim")];
-    while let Some(folder) = folders.pop() {
-        for entry in std::fs::read_dir(folder).unwrap().flatten() {
-            let path = entry.path();
-            if path.is_dir() && !path.ends_with("target") {
-                folders.push(path);
-            } else if path.extension().is_some_and(|e| e == "rs") {
-                text += &std::fs::read_to_string(path).unwrap();
-            }
-        }
-    }
-    text
+    let files = files_below(&["tests", "core/src", "host-sim"], ".rs");
+    files.iter().map(|path| std::fs::read_to_string(path).unwrap()).collect()
 }
 
 /// Equation numbers in parentheses at the start of a row; "(4)-(6)" gives 4, 5, 6.

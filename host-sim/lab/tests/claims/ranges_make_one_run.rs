@@ -48,13 +48,13 @@ fn measured_tissue_in_ranges_is_one_run() {
     are_one(SCRATCH, &Desk::default(), 0, &["accept", "T1", "T3"], &["0..1", "1..2"], "");
 }
 
-/// Every method on two meshes, including the terms; takes less than two minutes. Tick times, and
+/// Every method on two meshes; takes less than two minutes. Tick times, and
 /// results that follow from them, are those measured in the ranges.
 #[test]
 #[ignore = "long: two charts"]
 fn charts_in_ranges_are_one_run_but_for_its_times() {
     let desk = Desk::default();
-    let chart = ["chart", "--quick", "--terms"];
+    let chart = ["chart", "--quick"];
     ends(SCRATCH, &desk, 0, &[&chart[..], &["--out", "one"]].concat());
     ranges(SCRATCH, &desk, &chart, &["0..9", "20..999", "9..20"]);
     for out in ["merged", "again"] {
@@ -65,7 +65,7 @@ fn charts_in_ranges_are_one_run_but_for_its_times() {
     assert_eq!(one.keys().collect::<Vec<_>>(), merged.keys().collect::<Vec<_>>());
     let timed = |name: &str| name.contains("tick_us") || ["chart.csv", "fronts.csv", "summary.json", "report.md"].contains(&name);
     let untimed: Vec<&String> = one.keys().filter(|name| !timed(name)).collect();
-    assert!(untimed.iter().any(|name| name.ends_with("m4f_cycles_3.5kpa.png")) && one.contains_key("terms.csv"), "{untimed:?}");
+    assert!(untimed.iter().any(|name| name.ends_with("m4f_cycles_3.5kpa.png")), "{untimed:?}");
     untimed.into_iter().for_each(|name| assert!(one[name] == merged[name], "{name} differs"));
 
     let text = |files: &BTreeMap<String, Vec<u8>>, name: &str| String::from_utf8(files[name].clone()).unwrap();

@@ -10,16 +10,12 @@ use palpate_tissue::scene::{PRESETS, Scene};
 const CHECKSUM: crc::Crc<u64, crc::Table<16>> = crc::Crc::<u64, crc::Table<16>>::new(&crc::CRC_64_XZ);
 
 /// Checksum of bytes, as hexadecimal digits: CRC-64/XZ.
-#[must_use]
 pub fn checksum(bytes: &[u8]) -> String {
     format!("{:016x}", CHECKSUM.checksum(bytes))
 }
 
 /// Checksum of the running program's file. Programs from the same sources may round differently if
 /// compiler, profile or machine differ; the same program file does not.
-///
-/// # Errors
-/// The file cannot be read.
 pub fn program() -> Result<String, Error> {
     // the file that runs, even if its path has been replaced since
     let running = Path::new("/proc/self/exe");
@@ -39,10 +35,6 @@ pub fn program() -> Result<String, Error> {
 
 /// Checksum of a scene's file and of the files that it names; `None` for a preset, which ships with
 /// the program.
-///
-/// # Errors
-/// The scene's file cannot be read. For a scene with errors or missing files, the checksum is that
-/// of its own file.
 pub fn scene(name_or_path: &str) -> Result<Option<String>, Error> {
     if PRESETS.iter().any(|(name, _)| *name == name_or_path) {
         return Ok(None);

@@ -46,9 +46,6 @@ pub struct Heading {
 
 impl Heading {
     /// Heading of cases that this process runs.
-    ///
-    /// # Errors
-    /// The program's own file cannot be read.
     pub fn new(inputs: BTreeMap<String, String>, of: u64, cases: Range<u64>) -> Result<Self, Error> {
         let (version, command_line) = (env!("CARGO_PKG_VERSION").into(), provenance::command_line());
         let (processor, cores) = (machine::processor(), machine::cores());
@@ -85,9 +82,6 @@ pub struct Part {
 }
 
 /// Text of a file with these rows, each with the number of its first case.
-///
-/// # Errors
-/// A row would not be read as it was.
 pub fn text<R: Serialize + DeserializeOwned>(heading: &Heading, rows: &[(u64, R)]) -> Result<String, Error> {
     let unwritable = |why: &dyn std::fmt::Display| {
         Error::from(TissueError::Write { path: FILE.into(), source: io::Error::other(why.to_string()) })
@@ -106,9 +100,6 @@ pub fn text<R: Serialize + DeserializeOwned>(heading: &Heading, rows: &[(u64, R)
 
 impl Part {
     /// Reads a file of rows.
-    ///
-    /// # Errors
-    /// The file cannot be read, was truncated or changed, or is of another version.
     pub fn read(path: &Path) -> Result<Self, TissueError> {
         let refuse =
             |why: &str| TissueError::Usage(format!("{}: {why}: take its folder away and run its cases again", path.display()));
@@ -126,9 +117,6 @@ impl Part {
     }
 
     /// Reads the rows, each with the number of its first case.
-    ///
-    /// # Errors
-    /// They are rows of another type.
     pub fn rows<R: DeserializeOwned>(&self) -> Result<Vec<(u64, R)>, Error> {
         let refuse = |why: &dyn std::fmt::Display| {
             TissueError::Usage(format!("{}: a row cannot be read: {why}: run its cases again", self.path.display()))
@@ -151,9 +139,6 @@ impl Part {
 
 /// Reads the rows of every folder, and checks that they are all cases of one campaign. Returns them
 /// in the order of the cases. Each folder is that of a range, or contains such folders.
-///
-/// # Errors
-/// Rows are damaged, missing, duplicate, or of another campaign.
 pub fn complete(folders: &[PathBuf]) -> Result<Vec<Part>, TissueError> {
     let mut parts = files(folders)?.iter().map(|path| Part::read(path)).collect::<Result<Vec<_>, _>>()?;
     parts.sort_by_key(|part| part.heading.cases.start);

@@ -119,9 +119,6 @@ fn packed(session: &Session) -> Vec<u8> {
 }
 
 /// Name and bytes of the patch file of a session.
-///
-/// # Errors
-/// The board would refuse the patch, for a device with this stiffness ceiling [N/m].
 pub(super) fn file(
     session: &Session,
     scene: &Scene,

@@ -12,9 +12,6 @@ const OR_PAGE: &str = ", or take the page, `palpate live --page`";
 /// Checks that a display answers. Returns the variable of a display that does not answer while
 /// another one does: the window must not try it, since it would not try the other. `page` says
 /// whether a page could show the same.
-///
-/// # Errors
-/// Returns one line that names the display that was tried and a remedy.
 pub(super) fn look(page: bool) -> Result<Option<&'static str>, TissueError> {
     // macOS and Windows have one display, and no variable that names it
     if !cfg!(all(unix, not(target_os = "macos"))) {

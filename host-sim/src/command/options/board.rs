@@ -172,9 +172,6 @@ pub struct SelfTest {
 
 impl BoardCommand {
     /// Checks nothing: whatever can be wrong is known to the port.
-    ///
-    /// # Errors
-    /// None.
     pub fn check(&self) -> Result<(), Error> {
         Ok(())
     }

@@ -11,7 +11,7 @@ pub struct ChartArgs {
     #[command(flatten)]
     pub options: ChartOptions,
     /// Only write press.json, which describes the press for other engines; see host-sim/lab/peers.
-    #[arg(long, conflicts_with_all = ["quick", "moving", "terms", "kpa", "nodes", "with", "cases"])]
+    #[arg(long, conflicts_with_all = ["quick", "moving", "kpa", "nodes", "with", "cases"])]
     pub press: bool,
     /// Output folder, created if missing; a finished run replaces an earlier result in it.
     #[arg(long, value_name = "FOLDER", default_value = "out/chart")]
@@ -30,10 +30,6 @@ pub struct ChartOptions {
     /// try shorter substeps: three times the rows, and 100 kPa as well.
     #[arg(long)]
     pub moving: bool,
-    /// Also measure every method in tissue with relaxation, stiffening and friction. Other methods
-    /// have no such terms, and their errors show how much the terms matter.
-    #[arg(long)]
-    pub terms: bool,
     /// Measure only this one of the chart's Young's moduli [kPa].
     #[arg(long, value_name = "KPA")]
     pub kpa: Option<f64>,

@@ -38,9 +38,6 @@ pub struct EmulateArgs {
 
 impl EmulateArgs {
     /// Checks whatever needs no emulator.
-    ///
-    /// # Errors
-    /// The scene, the image or the patch cannot be read, or no board can hold the scene.
     pub fn check(&self) -> Result<(), Error> {
         for path in [&self.image, &self.patch].into_iter().flatten() {
             std::fs::File::open(path).map_err(|source| TissueError::Read { path: path.clone(), source })?;

@@ -95,9 +95,6 @@ pub const MOST_POINTS: usize = 9;
 
 impl FitArgs {
     /// Checks whatever needs no finite elements.
-    ///
-    /// # Errors
-    /// The scene, a board, the device or an option cannot be used.
     pub fn check(&self) -> Result<(), Error> {
         self.options.check()?;
         let boards = self.boards()?;
@@ -123,18 +120,12 @@ impl FitArgs {
     }
 
     /// The budgets of the boards.
-    ///
-    /// # Errors
-    /// There is no such board, or it is given twice.
     pub fn boards(&self) -> Result<Vec<&'static CostModel>, Error> {
         boards(&self.board)
     }
 }
 
 /// The budgets of some boards.
-///
-/// # Errors
-/// There is no such board, or it is given twice.
 pub fn boards(names: &[String]) -> Result<Vec<&'static CostModel>, Error> {
     let board = |(n, name): (usize, &String)| {
         if names[..n].contains(name) {
@@ -147,9 +138,6 @@ pub fn boards(names: &[String]) -> Result<Vec<&'static CostModel>, Error> {
 
 impl FitOptions {
     /// Checks the numbers, and the device.
-    ///
-    /// # Errors
-    /// A number is out of its range, or the profile of the device cannot be read.
     pub fn check(&self) -> Result<(), Error> {
         let refuse = |why: String| Err(TissueError::Usage(why).into());
         if let Some(places) = self.places.filter(|places| !PLACES.contains(places)) {

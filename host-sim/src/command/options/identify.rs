@@ -65,9 +65,6 @@ fn sides(text: &str) -> Result<[f64; 2], String> {
 
 impl IdentifyArgs {
     /// Checks the numbers.
-    ///
-    /// # Errors
-    /// A length or the ratio is out of its range.
     pub fn check(&self) -> Result<(), Error> {
         let refuse = |why: String| Err(TissueError::Usage(why).into());
         let [low, high] = self.thickness;

@@ -15,9 +15,6 @@ pub const BOARDS: [(&str, &str); 4] =
     [("nucleo-f446re", "m4f-180"), ("nucleo-g474re", "m4f-170"), ("nucleo-h743zi", "m7-480"), ("pico2", "m33-150")];
 
 /// The budget of a board with this name, or the budget with this name.
-///
-/// # Errors
-/// There is neither.
 pub fn machine(board: &str) -> Result<&'static CostModel, Error> {
     let budget = BOARDS.iter().find(|(name, _)| *name == board).map_or(board, |(_, budget)| budget);
     Ok(CostModel::named(budget).ok_or_else(|| {
@@ -42,9 +39,6 @@ pub struct PackArgs {
 
 impl PackArgs {
     /// Checks whatever needs no patch.
-    ///
-    /// # Errors
-    /// The board, the device or the scene cannot be used.
     pub fn check(&self) -> Result<(), Error> {
         let machine = self.board.machine()?;
         self.board.ceiling_n_per_m()?;
@@ -78,9 +72,6 @@ pub struct DeviceArg {
 
 impl DeviceArg {
     /// Largest contact stiffness of the device [N/m]; no limit without a device.
-    ///
-    /// # Errors
-    /// The profile of the device cannot be read.
     pub fn ceiling_n_per_m(&self) -> Result<f32, Error> {
         let Some(device) = &self.device else { return Ok(f32::MAX) };
         Ok(DeviceProfile::load(device)?.limits(palpate::Vector3::zeros()).ceiling_n_per_m(TICK_S as f32))
@@ -89,17 +80,11 @@ impl DeviceArg {
 
 impl BoardArg {
     /// Largest contact stiffness of the device [N/m].
-    ///
-    /// # Errors
-    /// The profile of the device cannot be read.
     pub fn ceiling_n_per_m(&self) -> Result<f32, Error> {
         self.device.ceiling_n_per_m()
     }
 
     /// The budget of the board.
-    ///
-    /// # Errors
-    /// There is no such board.
     pub fn machine(&self) -> Result<&'static CostModel, Error> {
         machine(&self.board)
     }

@@ -42,9 +42,6 @@ pub struct Factors {
 }
 
 /// Runs our uncalibrated model on every grid that the other engines used.
-///
-/// # Errors
-/// Fails if a method cannot be built.
 pub fn same_meshes(peers: &[Peer], reference: &Reference, moving: bool) -> Result<Vec<Run>, Error> {
     let mut runs = Vec::new();
     for cells in GRIDS {
@@ -62,7 +59,6 @@ pub fn same_meshes(peers: &[Peer], reference: &Reference, moving: bool) -> Resul
 
 /// Compares every row of the other engines with our models at the same stiffness; rows at a
 /// stiffness at which ours were not run are left out.
-#[must_use]
 pub fn compare<'a>(peers: &'a [Peer], runs: &[Run], on_grids: &[Run]) -> Vec<Compared<'a>> {
     let of_peer = |peer: &'a Peer| {
         let ours: Vec<&Measured> = runs
@@ -108,7 +104,6 @@ fn factors(ours: &[&Measured], peer: &Peer, error_pct: f64, error: impl Fn(&Meas
 
 /// The smallest factor in cost and the smallest in error over all rows; `None` if there is no row,
 /// or if a row has no counterpart among our models. `of` selects the quantity.
-#[must_use]
 pub fn least(compared: &[Compared], of: impl Fn(&Compared) -> Option<Factors>) -> Factors {
     let over = |factor: fn(Factors) -> Option<f64>| {
         let all: Option<Vec<f64>> = compared.iter().filter_map(&of).map(factor).collect();
@@ -148,9 +143,6 @@ fn table(compared: &[Compared]) -> Table {
 }
 
 /// Runs our model on the meshes of the other engines, and adds the comparison.
-///
-/// # Errors
-/// Fails if a method cannot be built.
 pub fn add(findings: &mut Findings, peers: &Peers, runs: &[Run], moving: bool) -> Result<(), Error> {
     let reference = Reference::block();
     let on_grids = same_meshes(&peers.rows, &reference, moving)?;

@@ -13,13 +13,11 @@ pub const GRIDS: [[usize; 3]; 3] = [[6, 6, 4], [10, 10, 5], [14, 14, 8]];
 const FIVE: [[usize; 4]; 5] = [[0, 1, 2, 4], [3, 2, 1, 7], [5, 1, 4, 7], [6, 4, 2, 7], [1, 2, 4, 7]];
 
 /// Name of a grid in press.json.
-#[must_use]
 pub fn grid_name([x, y, z]: [usize; 3]) -> String {
     format!("grid-{}", (x + 1) * (y + 1) * (z + 1))
 }
 
 /// The standard block as a grid, with its top at z = 0 and a node under the tip.
-#[must_use]
 pub fn grid(cells: [usize; 3]) -> TetMesh {
     let [nx, ny, nz] = cells;
     let number = |i: usize, j: usize, k: usize| ((k * (ny + 1) + j) * (nx + 1) + i) as u32;

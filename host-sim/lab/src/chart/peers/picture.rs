@@ -39,7 +39,6 @@ const QUANTITIES: [Quantity; 2] = [
 /// Our models are in the same order, and therefore with the same markers, as in the other pictures;
 /// then come our model on the grids of the other engines, our model with searched contact
 /// parameters, and each model of the other engines.
-#[must_use]
 pub fn figures(peers: &Peers, runs: &[Run], on_grids: &[Run], searched: &[Run]) -> Vec<Figure> {
     let mut moduli: Vec<f64> = peers.rows.iter().map(|p| p.youngs_modulus_pa).collect();
     moduli.sort_by(f64::total_cmp);

@@ -101,9 +101,6 @@ pub struct PeerMesh {
 
 impl StandardPress {
     /// The standard press with its shipped references.
-    ///
-    /// # Errors
-    /// A shipped dynamic reference that is damaged.
     pub fn new() -> Result<Self, Error> {
         let (params, reference) = (Params::default(), Reference::block());
         let force = |d: &f64| reference.force_over_e_m2(*d);
@@ -163,9 +160,6 @@ impl StandardPress {
     }
 
     /// Checksum of the whole press without the meshes; a table of results quotes it.
-    ///
-    /// # Errors
-    /// A number that JSON cannot represent.
     pub fn hash(&self) -> Result<String, Error> {
         let text = serde_json::to_string(self).map_err(|e| TissueError::Usage(format!("press.json: {e}")))?;
         let mut hash = Fnv::default();
@@ -174,9 +168,6 @@ impl StandardPress {
     }
 
     /// Writes `press.json`: the press, its hash and the meshes.
-    ///
-    /// # Errors
-    /// The folder cannot be written.
     pub fn write(&self, folder: &OutputFolder) -> Result<(), Error> {
         #[derive(Serialize)]
         struct File<'a> {
@@ -199,7 +190,6 @@ impl StandardPress {
 }
 
 /// Meshes of our calibrated patches, and uniform grids.
-#[must_use]
 pub fn meshes() -> Vec<PeerMesh> {
     let of = |name: String, block: Block| {
         let Block { tissue, .. } = block;

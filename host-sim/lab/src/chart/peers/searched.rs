@@ -21,9 +21,6 @@ const CONTACT_DAMPING: f32 = 1.0;
 const REFINEMENTS: [u16; 2] = [2, 4];
 
 /// Runs this patch at every stiffness that occurs both in `peers` and in `runs`.
-///
-/// # Errors
-/// Fails if a method cannot be built.
 pub fn searched(peers: &[Peer], runs: &[Run], reference: &Reference) -> Result<Vec<Run>, Error> {
     let mut moduli: Vec<f64> = peers.iter().map(|p| p.youngs_modulus_pa).collect();
     moduli.retain(|pa| runs.iter().any(|run| run.task.youngs_modulus_pa == *pa));

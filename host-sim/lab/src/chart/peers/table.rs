@@ -91,14 +91,12 @@ pub struct Peer {
 
 impl Peer {
     /// Engine and model, separated by a space.
-    #[must_use]
     pub fn name(&self) -> String {
         format!("{} {}", self.engine, self.model)
     }
 
     /// Root mean square error over the ramps and the tap [%]; `None` unless the engine survived all
     /// of them.
-    #[must_use]
     pub fn moving_rms_pct(&self) -> Option<f64> {
         let mut sum = 0.0;
         for pct in self.moving_pct {
@@ -108,7 +106,6 @@ impl Peer {
     }
 
     /// Whether the engine survived the deepest press.
-    #[must_use]
     pub fn survived(&self) -> bool {
         self.survives == "yes"
     }
@@ -127,9 +124,6 @@ pub struct Peers {
 
 impl Peers {
     /// Reads a table that was measured with the standard press.
-    ///
-    /// # Errors
-    /// Fails if the file cannot be read, or with the first defect of the table.
     pub fn load(file: &Path) -> Result<Self, Error> {
         let text = std::fs::read_to_string(file).map_err(|source| TissueError::Read { path: file.into(), source })?;
         let hash = StandardPress::new()?.hash()?;
@@ -178,7 +172,6 @@ impl Peers {
 }
 
 /// Names of all columns, in order.
-#[must_use]
 pub fn columns() -> Vec<String> {
     let mut names = FIRST.map(String::from).to_vec();
     names.extend(DEPTHS_M.map(|d| format!("force_{}mm_n", d * 1e3)));
@@ -275,64 +268,5 @@ impl Cells<'_> {
             return Err(self.wrong("force_1mm_n", "the force of a hold"));
         }
         Ok((squares.iter().sum::<f64>() / squares.len() as f64).sqrt())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const HASH: &str = "0123456789abcdef";
-
-    /// A table of one row whose forces are those of the reference times a factor.
-    fn table(times: f64) -> String {
-        let reference = Reference::block();
-        let force = |d: &f64| format!("{:.8}", reference.force_over_e_m2(*d).unwrap() * 3500.0 * times);
-        let forces: Vec<String> = DEPTHS_M.iter().map(force).collect();
-        let head = format!("# peers = 1\n# scene = {HASH}\n# machine = a machine\n# date = today\n{}\n", columns().join(","));
-        let first = "engine,1.0,model,none,grid-245,245,720,3500,2,yes,100.0,110.0";
-        format!("{head}{first},{},{:.3},3,4,5,6,contact\n", forces.join(","), (times - 1.0).abs() * 100.0)
-    }
-
-    fn parse(text: &str) -> Result<Peers, PeerError> {
-        Peers::parse(text, HASH)
-    }
-
-    #[track_caller]
-    fn refused(text: &str, says: &[&str]) {
-        let why = parse(text).unwrap_err().to_string();
-        assert!(!why.contains('\n'), "{why}");
-        says.iter().for_each(|words| assert!(why.contains(words), "not a word of `{words}`: {why}"));
-    }
-
-    #[test]
-    fn a_table_is_read() {
-        let peers = parse(&table(1.25)).unwrap();
-        assert_eq!((peers.machine.as_str(), peers.date.as_str(), peers.rows.len()), ("a machine", "today", 1));
-        let row = &peers.rows[0];
-        assert_eq!((row.name().as_str(), row.nodes, row.substeps, row.survived()), ("engine model", 245, 2, true));
-        assert!((row.held_rms_pct - 25.0).abs() < 1e-3);
-        assert!((row.moving_rms_pct().unwrap() - (86.0_f64 / 4.0).sqrt()).abs() < 1e-9);
-        let part = table(1.25).replace(",3,4,5,6,", ",3,,5,6,");
-        assert_eq!(parse(&part).unwrap().rows[0].moving_rms_pct(), None);
-    }
-
-    #[test]
-    fn a_damaged_or_foreign_table_is_refused() {
-        let whole = table(1.25);
-        refused(&whole.replace("# peers = 1\n", ""), &["no table of peers", "run.py"]);
-        refused(&whole.replace(HASH, "fedcba9876543210"), &["fedcba9876543210", HASH, "press.json"]);
-        refused(&whole.replace(&format!("# scene = {HASH}\n"), ""), &["unnamed", HASH]);
-        refused(&whole.replace("engine,version,", "engine,"), &["column 2", "\"model\"", "\"version\""]);
-        refused(&whole.replace("engine,version,", "version,engine,"), &["column 1", "\"version\"", "\"engine\""]);
-        refused(&whole.replace("force_read\n", "force_read,colour\n"), &["column 23", "\"colour\"", "not none"]);
-        refused(&whole.replace(",110.0,", ",NaN,"), &["line 6", "tick_median_us", "\"NaN\"", "finite"]);
-        refused(&whole.replace(",100.0,", ",-100.0,"), &["line 6", "tick_min_us", "above 0"]);
-        refused(&whole.replace(",3,4,5,6,", ",inf,4,5,6,"), &["line 6", "moving_40_mm_per_s_pct", "\"inf\""]);
-        refused(&whole.replace(",25.000,", ",2.500,"), &["line 6", "held_rms_pct", "25.00"]);
-        refused(&whole.replace(",contact\n", "\n"), &["record 1", "run.py"]);
-        refused(&whole.replace(",245,720,", ",245,0,"), &["line 6", "tets", "whole number"]);
-        let (head, _) = whole.trim_end().rsplit_once('\n').unwrap();
-        refused(head, &["no rows"]);
     }
 }

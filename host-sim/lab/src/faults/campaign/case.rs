@@ -31,13 +31,11 @@ pub const MOTIONS: [Motion; 7] = [
 
 impl Motion {
     /// The stimulus with this id.
-    #[must_use]
     pub fn stimulus(&self) -> Option<Stimulus> {
         Stimulus::named(self.id)
     }
 
     /// Time in the trajectory at which the run begins [s]: most of a slow approach is skipped.
-    #[must_use]
     pub fn from_s(&self) -> f64 {
         (4.0e-3 / self.m_per_s - 0.02).max(0.0)
     }
@@ -87,7 +85,6 @@ impl Case {
     pub const WALL_NORMAL: Vector3<f32> = Vector3::new(0.48, 0.6, 0.64);
 
     /// Draws the run with this number.
-    #[must_use]
     pub fn draw(number: u64, seed: u64) -> Self {
         let types = FAULTS.len() as u64;
         let mut random = SplitMix64::seed_from_u64(seed ^ number.wrapping_mul(0x9e37_79b9_7f4a_7c15));
@@ -128,7 +125,6 @@ impl Case {
     }
 
     /// Kind of the fault that this run injects.
-    #[must_use]
     pub fn kind(&self) -> &'static FaultType {
         FAULTS.get(self.fault).unwrap_or(&FAULTS[0])
     }

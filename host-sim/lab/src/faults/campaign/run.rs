@@ -45,9 +45,6 @@ pub struct Bed<'a> {
 impl<'a> Bed<'a> {
     /// Arms a loop over this surface; `static_n` is the force of the surface at the depth where a
     /// press rests [N].
-    ///
-    /// # Errors
-    /// Errors of [`Rig::build`].
     pub fn arm(device: &'a DeviceProfile, surface: &mut impl Surface, static_n: f64) -> Result<Self, BuildError> {
         let site = surface.site();
         let limits = device.limits(site.at_m.cast());
@@ -64,9 +61,6 @@ impl<'a> Bed<'a> {
     }
 
     /// Runs one case.
-    ///
-    /// # Errors
-    /// Errors of [`Rig::build`].
     pub fn run<S: Surface>(&self, case: &Case, surface: &mut S) -> Result<Outcome, BuildError> {
         let site = surface.site();
         let limits = self.device.limits(site.at_m.cast());

@@ -81,13 +81,11 @@ impl Table {
     }
 
     /// Runs that broke an invariant, plus runs without the required reaction.
-    #[must_use]
     pub fn bad(&self) -> u64 {
         self.rows.iter().map(|r| r.broken + r.wrong).sum()
     }
 
     /// Descriptions of the recorded bad runs.
-    #[must_use]
     pub fn examples(&self) -> Vec<&str> {
         self.rows.iter().flat_map(|r| &r.examples).map(|(_, text)| text.as_str()).collect()
     }
@@ -138,13 +136,11 @@ impl Row {
     }
 
     /// Longest reaction time of any run [ticks].
-    #[must_use]
     pub fn latest_ticks(&self) -> Option<u32> {
         self.reaction_ticks.keys().next_back().copied()
     }
 
     /// Shortest, median and longest reaction time [ticks]; `None` if the loop reacted in no run.
-    #[must_use]
     pub fn reaction_span_ticks(&self) -> Option<[u32; 3]> {
         let (first, _) = self.reaction_ticks.first_key_value()?;
         let middle = self.reaction_ticks.values().sum::<u64>() / 2;
@@ -157,7 +153,6 @@ impl Row {
     }
 
     /// Returns the faults in which the runs ended, as pairs `number:count`.
-    #[must_use]
     pub fn ends(&self) -> String {
         let of = |(fault, count): (&u8, &u64)| format!("{fault}:{count}");
         self.faults.iter().map(of).collect::<Vec<_>>().join(" ")

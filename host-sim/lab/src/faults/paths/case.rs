@@ -80,7 +80,6 @@ pub struct PathCase {
 
 impl PathCase {
     /// Draws the run with this number.
-    #[must_use]
     pub fn draw(ground: &PathGround, number: u64, seed: u64) -> Self {
         let mut draw = Draw(SplitMix64::seed_from_u64(seed ^ number.wrapping_mul(0x9e37_79b9_7f4a_7c15)));
         let kind = (number % KINDS.len() as u64) as usize;

@@ -73,9 +73,6 @@ pub struct PathGround {
 
 impl PathGround {
     /// Loads every shipped patch and profile.
-    ///
-    /// # Errors
-    /// A patch or a profile that the core refuses.
     pub fn load() -> Result<Self, Error> {
         let pairs: Vec<_> = SHIPPED.iter().flat_map(|shipped| TIPS.iter().map(move |tip| (shipped, tip))).collect();
         let patch = |((name, bytes, share), (shape, of_five)): &(&Shipped, &Tip)| {
@@ -93,9 +90,6 @@ impl PathGround {
 
 impl PathPatch {
     /// Returns the same patch under another probe.
-    ///
-    /// # Errors
-    /// A probe that the core refuses.
     pub fn with_probe(&self, probe: Probe) -> Result<Self, BuildError> {
         Self::under(self.name, self.patch.clone(), Params { probe, ..self.params }, self.share)
     }
@@ -111,7 +105,6 @@ impl PathPatch {
     }
 
     /// Names of patch and tip, for tables.
-    #[must_use]
     pub fn label(&self) -> Cow<'static, str> {
         let Probe { shape, radius_m, .. } = self.params.probe;
         match shape {
@@ -122,25 +115,21 @@ impl PathPatch {
 
     /// Depth limit of the guard for a device [m]: the static force there is 1.09 times the device's
     /// maximum force.
-    #[must_use]
     pub fn guard_depth_m(&self, youngs_modulus_pa: f64, force_limit_n: f64) -> f64 {
         depth_at_m(&self.curve, GUARD_SHARE * force_limit_n / youngs_modulus_pa)
     }
 
     /// Static force at a depth [N].
-    #[must_use]
     pub fn force_n(&self, youngs_modulus_pa: f64, depth_m: f64) -> f64 {
         force_at_n(&self.curve, depth_m) * youngs_modulus_pa
     }
 
     /// Whether a tip at this position touches the patch at rest [m].
-    #[must_use]
     pub fn shape_touches(&self, tip_m: &Vector3<f64>) -> bool {
         self.shape.inside(tip_m)
     }
 
     /// Position of a point given by its coordinates along the site's axes [m].
-    #[must_use]
     pub fn point_m(&self, at: &[f64; 3]) -> Vector3<f64> {
         self.site.point_m(-at[2], at[0], at[1])
     }

@@ -26,7 +26,6 @@ impl Route {
     /// Builds the route from a start along its legs. It stops after `moving_ticks`, wherever it is,
     /// and rests there for `rest_ticks`. Every position is the mean over `smooth_ticks`, which
     /// rounds corners, starts and stops.
-    #[must_use]
     pub fn along(start_m: Vector3<f64>, legs: &[Leg], moving_ticks: usize, rest_ticks: usize, smooth_ticks: usize) -> Self {
         let mut at_m = vec![start_m];
         'legs: for leg in legs {

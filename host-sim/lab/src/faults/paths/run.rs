@@ -59,18 +59,12 @@ pub struct Track {
 }
 
 /// Runs a case.
-///
-/// # Errors
-/// The loop or the patch refuses its settings.
 pub(super) fn run(ground: &PathGround, case: &PathCase) -> Result<PathOutcome, BuildError> {
     case.follow(ground, |_| ())
 }
 
 impl PathCase {
     /// Runs the case; `see` is called for every tick along the path.
-    ///
-    /// # Errors
-    /// The loop or the patch refuses its settings.
     pub fn follow(&self, ground: &PathGround, mut see: impl FnMut(&Track)) -> Result<PathOutcome, BuildError> {
         let (on, profile) = (&ground.patches[self.patch], &ground.devices[self.device]);
         let e = self.youngs_modulus_pa;

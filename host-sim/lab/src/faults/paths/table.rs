@@ -115,7 +115,6 @@ impl PathRow {
     }
 
     /// Runs that broke an invariant, counted once for each invariant.
-    #[must_use]
     pub fn broke(&self) -> u64 {
         self.broken.values().sum()
     }
@@ -171,7 +170,6 @@ impl PathTable {
     }
 
     /// Results of all kinds of path together.
-    #[must_use]
     pub fn total(&self) -> PathRow {
         let mut total = PathRow::default();
         self.rows.iter().for_each(|row| total.add(row));
@@ -181,7 +179,6 @@ impl PathTable {
 
 impl PathCase {
     /// The run in one line: its description and its violations.
-    #[must_use]
     pub fn telemetry(&self, ground: &PathGround, outcome: &PathOutcome) -> String {
         format!(
             "path {} of seed {}: {}, {}, {:.1} kPa, {}{}: {:?}, fault {:?}{}, {:.1} mm outside, {} ticks, chatter {}, into {:.3} N, peak {:.2} N, created {:.4} mJ",

@@ -37,13 +37,11 @@ impl Aim {
     pub const ALL: [Self; 3] = [Self::Share, Self::Created, Self::Shaking];
 
     /// Behaviour that a hand may show in this search.
-    #[must_use]
     pub fn bounds(self) -> Bounds {
         if self == Self::Shaking { Bounds::Person } else { Bounds::Hand }
     }
 
     /// How bad a run is; the unit is 1, J or N.
-    #[must_use]
     pub fn value(self, outcome: &Outcome) -> f64 {
         let created_j = outcome.given.contacts_j.iter().copied().fold(0.0, f64::max);
         match self {
@@ -95,15 +93,11 @@ struct Climber {
 
 impl Adversary<'_> {
     /// Number of runs that a search of this many rounds takes if no climber starts anew.
-    #[must_use]
     pub fn runs(rounds: u64) -> u64 {
         CLIMBERS * (DRAWS + rounds * NEIGHBOURS)
     }
 
     /// Runs these genes.
-    ///
-    /// # Errors
-    /// The loop or the patch refuses its settings.
     pub fn try_genes(
         &self,
         genes: &Genes,
@@ -114,9 +108,6 @@ impl Adversary<'_> {
     }
 
     /// Climbs for this many rounds; `done` is called with the number of runs after every round.
-    ///
-    /// # Errors
-    /// The loop or a patch refuses its settings.
     pub fn search(
         &self,
         aim: Aim,

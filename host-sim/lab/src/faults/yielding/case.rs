@@ -63,7 +63,6 @@ pub struct YieldingCase {
 impl YieldingCase {
     /// The run that these genes describe, on a device that they describe too. What they do not
     /// describe is taken from `base`.
-    #[must_use]
     pub fn of(ground: &PathGround, genes: &Genes, base: &DeviceProfile, bounds: Bounds) -> Self {
         let mut genes = genes.reader();
         let device = device(&mut genes, base);
@@ -71,7 +70,6 @@ impl YieldingCase {
     }
 
     /// The run that these genes describe, on this device.
-    #[must_use]
     pub fn on_device(ground: &PathGround, genes: &Genes, profile: &DeviceProfile, name: &'static str) -> Self {
         let mut genes = genes.reader();
         device(&mut genes, profile);
@@ -110,13 +108,11 @@ impl YieldingCase {
     }
 
     /// The printed bound for the case's device.
-    #[must_use]
     pub fn bound(&self, account: &AccountSettings) -> EnergyBound {
         EnergyAccount::bound(account, &self.device.limits(Vector3::zeros()), TICK_S as f32, 0)
     }
 
     /// The case in one line.
-    #[must_use]
     pub fn in_words(&self, ground: &PathGround) -> String {
         let Self { device, hand, motion, params, .. } = self;
         format!(

@@ -37,7 +37,6 @@ pub struct Ledger {
 
 impl Ledger {
     /// A ledger for a device with this bound. The run begins without contact.
-    #[must_use]
     pub fn new(bound: EnergyBound) -> Self {
         Self {
             bound,
@@ -82,20 +81,17 @@ impl Ledger {
     }
 
     /// Energy given since the start of the run [J].
-    #[must_use]
     pub fn now_j(&self) -> f64 {
         self.now_j
     }
 
     /// Energy that the hand was given since the instant without contact in which it had been given
     /// least [J].
-    #[must_use]
     pub fn owed_j(&self) -> f64 {
         self.now_j - self.least_j
     }
 
     /// Closes the ledger, and the contact that has not ended.
-    #[must_use]
     pub fn close(mut self) -> GivenEnergy {
         if self.free_ticks < FREE_TICKS {
             self.given.contacts_j.push(self.contact_j);

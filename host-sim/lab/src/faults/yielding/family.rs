@@ -31,7 +31,6 @@ const TREMOR: (f64, f64) = (0.024e-3, 5.7);
 
 /// Every press of the family on this device, without its friction, lag and delay. Each stands for
 /// `1 / share` of the family's members.
-#[must_use]
 pub fn family(ground: &PathGround, base: &DeviceProfile, share: usize) -> Vec<YieldingCase> {
     let mut cases = Vec::new();
     for patch in (0..ground.patches.len()).filter(|n| ground.patches[*n].name == PATCH) {

@@ -22,14 +22,12 @@ impl Genes {
     pub const MIDDLE: Self = Self([u16::MAX / 2; GENES]);
 
     /// Draws the run with this number.
-    #[must_use]
     pub fn draw(number: u64, seed: u64) -> Self {
         let mut random = source(number, seed);
         Self(std::array::from_fn(|_| random.next_u64() as u16))
     }
 
     /// A neighbour: one to four genes move by a tenth of their range or so, or are drawn anew.
-    #[must_use]
     pub fn mutated(&self, number: u64, seed: u64) -> Self {
         let mut random = source(number, seed);
         let mut share = || (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;

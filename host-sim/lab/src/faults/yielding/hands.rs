@@ -36,7 +36,6 @@ impl<'a> Hands<'a> {
     /// This many random runs, every second one on a shipped device, the family of light hands on
     /// stiff tissue, and a minute of every motion on every shipped device; with `quick` shorter
     /// runs, an eighth of the family and no minutes.
-    #[must_use]
     pub fn new(ground: &'a PathGround, runs: u64, seed: u64, quick: bool) -> Self {
         let base = &ground.devices[0];
         let (length, share) = if quick { (RunLength::QUICK, 8) } else { (RunLength::FULL, 1) };
@@ -45,13 +44,11 @@ impl<'a> Hands<'a> {
     }
 
     /// Number of cases: the random runs, then the family, then the minutes.
-    #[must_use]
     pub fn cases(&self) -> u64 {
         self.runs + (self.family.len() + self.minutes.len()) as u64
     }
 
     /// Name of the row and the case with this number.
-    #[must_use]
     pub fn case(&self, number: u64) -> (&'static str, YieldingCase) {
         if let Some(n) = number.checked_sub(self.runs) {
             return match self.family.get(n as usize) {
@@ -73,9 +70,6 @@ impl<'a> Hands<'a> {
 
     /// Runs the cases with these numbers; `change` may change the loop's settings, `done` is called
     /// after every batch. The tables of parts of a range add up to the table of the whole range.
-    ///
-    /// # Errors
-    /// The loop or a patch refuses its settings.
     pub fn run(
         &self,
         cases: Range<u64>,

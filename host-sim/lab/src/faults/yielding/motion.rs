@@ -42,7 +42,6 @@ impl MotionKind {
     pub const ALL: [Self; 7] = [Self::Hold, Self::Knead, Self::Circle, Self::Taps, Self::Slide, Self::DeadStop, Self::Drift];
 
     /// Name in tables.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Hold => "hold",
@@ -57,7 +56,6 @@ impl MotionKind {
 
     /// Whether the force changes only as slowly as the hand moves, so that any force above 15 Hz is
     /// the loop's.
-    #[must_use]
     pub fn is_slow(self) -> bool {
         self != Self::Taps
     }
@@ -96,7 +94,6 @@ pub struct Motion {
 
 impl Motion {
     /// Position of the hand's target after `t_s` of a motion of `seconds` [m].
-    #[must_use]
     pub fn target_m(&self, site: &Site, t_s: f64, seconds: f64) -> Vector3<f64> {
         let held_s = (t_s - self.press_s).max(0.0);
         let turn = TAU * self.hz * held_s;

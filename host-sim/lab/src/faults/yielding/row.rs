@@ -88,19 +88,16 @@ impl HandsRow {
     }
 
     /// Share of the patch's push that is felt (1).
-    #[must_use]
     pub fn felt(&self) -> f64 {
         if self.asked_nn_s > 0 { self.felt_nn_s as f64 / self.asked_nn_s as f64 } else { 1.0 }
     }
 
     /// Share of the ticks with a push in which it is lost (1).
-    #[must_use]
     pub fn lost(&self) -> f64 {
         self.lost_ticks as f64 / self.asked_ticks.max(1) as f64
     }
 
     /// Share of the ticks with a push in which a hand that owes nothing loses it (1).
-    #[must_use]
     pub fn lost_unowed(&self) -> f64 {
         self.unowed_ticks() as f64 / self.asked_ticks.max(1) as f64
     }

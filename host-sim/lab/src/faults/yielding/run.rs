@@ -80,17 +80,11 @@ pub struct Seen {
 
 impl YieldingCase {
     /// Runs the case; `change` may change the loop's settings.
-    ///
-    /// # Errors
-    /// The loop or the patch refuses its settings.
     pub fn run(&self, ground: &PathGround, length: RunLength, change: impl Fn(&mut Settings)) -> Result<Outcome, BuildError> {
         self.follow(ground, length, change, |_| ())
     }
 
     /// Runs the case like [`Self::run`]; `see` is called for every tick.
-    ///
-    /// # Errors
-    /// The loop or the patch refuses its settings.
     pub fn follow(
         &self,
         ground: &PathGround,

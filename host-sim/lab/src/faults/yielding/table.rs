@@ -94,7 +94,6 @@ impl HandsTable {
     }
 
     /// Every promise that does not hold, in words.
-    #[must_use]
     pub fn broken(&self) -> Vec<String> {
         let mut broken = Vec::new();
         for (name, row) in &self.rows {

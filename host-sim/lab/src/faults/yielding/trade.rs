@@ -39,13 +39,11 @@ pub struct TradePoint {
 
 impl TradePoint {
     /// Number of points.
-    #[must_use]
     pub fn count() -> usize {
         DELAYS.len() * Self::settings().len()
     }
 
     /// Settings that vary the acceleration, and then the share, and are else the default.
-    #[must_use]
     pub fn settings() -> Vec<AccountSettings> {
         let default = AccountSettings::DEFAULT;
         let by_acceleration =
@@ -57,9 +55,6 @@ impl TradePoint {
 
 /// Runs the same `runs` hands with every setting at every delay; `done` is called with the number
 /// of runs of every point.
-///
-/// # Errors
-/// The loop or a patch refuses its settings.
 pub fn trade(ground: &PathGround, runs: u64, seed: u64, done: impl Fn(u64) + Sync) -> Result<Vec<TradePoint>, BuildError> {
     let mut points = Vec::new();
     for delay_ticks in DELAYS {

@@ -18,7 +18,6 @@ struct Checkpoint {
 
 /// Reads the saved walk of the same fit; `None` if there is none or it cannot be read, so that the
 /// walk starts again.
-#[must_use]
 pub fn read(folder: &OutputFolder, name: &str, of: &str, fresh: &Walk) -> Option<(Walk, Vec<Step>)> {
     let text = folder.read_note(name)?;
     let found: Checkpoint = serde_json::from_str(&text).ok()?;
@@ -32,9 +31,6 @@ pub fn read(folder: &OutputFolder, name: &str, of: &str, fresh: &Walk) -> Option
 }
 
 /// Writes a walk and its record.
-///
-/// # Errors
-/// The folder cannot be written.
 pub fn write(folder: &OutputFolder, name: &str, of: &str, walk: &Walk, steps: &[Step]) -> Result<(), Error> {
     let steps = steps.iter().map(|s| [s.temperature_mm, s.stiffness_n_per_m, s.damping_n_s_per_m, s.distance_mm]).collect();
     Ok(folder.write_note(name, &Checkpoint { of: of.into(), walk: walk.clone(), steps })?)

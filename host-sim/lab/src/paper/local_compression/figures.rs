@@ -11,9 +11,6 @@ use palpate_tissue::output::OutputFolder;
 
 /// Figs. 5 and 6: the organ with the finger, before the press or under a force; shows the whole
 /// organ or the part within some finger radii of the site.
-///
-/// # Errors
-/// Fails if the picture cannot be drawn or written.
 pub fn pressed(
     folder: &OutputFolder,
     name: &str,

@@ -2,7 +2,7 @@
 //! between key points of the mass-spring model and those of a finite-element model.
 //!
 //! Key points are the free surface nodes around the site. The paper compares deformed shapes, which
-//! at rest do not depend on d at all (see [`super::identifiability`]). Here shapes are therefore
+//! at rest do not depend on d at all. Here shapes are therefore
 //! compared *during the motion*: a finger is released with a constant force, and the objective is
 //! the mean distance at four times, in millimetres; temperatures are in millimetres too. Finite
 //! elements on the same mesh (neo-Hookean, nodal pressure, true masses) perform the same motion.
@@ -29,6 +29,8 @@ use palpate_tissue::patch::{Material, Memory, Patch};
 pub const TIMES_MS: [usize; 4] = [10, 20, 40, 80];
 /// Largest distance of key points from the site [finger radii].
 const REACH_RADII: f64 = 2.5;
+/// The paper's fitted values: k [N/m] and d, whose printed unit "Ns/m" is read as N s/m.
+pub const PRINTED: [f64; 2] = [910.0, 3.11];
 /// Bounds of k [N/m] and d [N s/m].
 pub const BOUNDS: [[f64; 2]; 2] = [[1.0, 1e4], [1e-4, 10.0]];
 
@@ -74,7 +76,6 @@ pub struct Found {
 }
 
 /// Free surface nodes near the site, which are the key points.
-#[must_use]
 pub fn key_nodes(block: &Block) -> Vec<usize> {
     let site = Vector3::from(block.tissue.site_m);
     let reach_m = REACH_RADII * f64::from(block.params.probe.radius_m);
@@ -87,10 +88,6 @@ pub fn key_nodes(block: &Block) -> Vec<usize> {
 }
 
 /// Releases a finger on tissue at rest and records the key points.
-///
-/// # Errors
-/// Fails with [`NoRest::Diverged`] if the model diverges, and with [`NoRest::Sunk`] if the tip
-/// reaches the depth limit.
 pub fn follow(block: &Block, running: &mut dyn RunningMethod, force_n: f64, keys: &[usize]) -> Result<Trajectory, NoRest> {
     let mut push = Push::new(force_n);
     running.tick(block.tip_m(push.depth_m())).map_err(|_| NoRest::Diverged { depth_mm: 0.0 })?;
@@ -108,16 +105,12 @@ pub fn follow(block: &Block, running: &mut dyn RunningMethod, force_n: f64, keys
 }
 
 /// Hausdorff distance between two motions, averaged over the times [mm].
-#[must_use]
 pub fn distance_mm(a: &Trajectory, b: &Trajectory) -> f64 {
     a.iter().zip(b).map(|(a, b)| 1e3 * hausdorff(a, b)).sum::<f64>() / a.len() as f64
 }
 
 impl Target {
     /// Computes the motion with finite elements; `tick_s` is the time step of the fit.
-    ///
-    /// # Errors
-    /// Finite elements that diverge, or a model that the core rejects.
     pub fn new(block: &Block, force_n: f64, tick_s: f64) -> Result<Self, Error> {
         let keys = key_nodes(block);
         let elements = StudyMethod::Charted(Method::NeoHookeanNodal);
@@ -136,7 +129,6 @@ impl Target {
     }
 
     /// Creates a simulator, which can run the model many times.
-    #[must_use]
     pub fn simulator(&self) -> Simulator<'_> {
         let patch = Patch::build(&self.block.tissue, &Material::default(), None);
         let memory = Memory::for_model(&patch.wide_model());
@@ -188,7 +180,6 @@ impl Simulator<'_> {
 
     /// Starts a walk at random values with which the model runs; `None` if a hundred random values
     /// fail.
-    #[must_use]
     pub fn start(&mut self, schedule: Schedule, trials: usize, seed: u64) -> Option<Walk> {
         let middle = BOUNDS.map(|[low, high]| 0.5 * (low.ln() + high.ln()));
         let mut wander = Walk::start(Schedule { first: 1e300, ..schedule }, 400, seed, middle.to_vec(), 0.0);

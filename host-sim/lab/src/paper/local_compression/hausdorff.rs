@@ -5,7 +5,6 @@ use palpate::Vector3;
 
 /// `h(A, B) = max over a of min over b of |a - b|` (5), (6); 0 for an empty A, infinite for an
 /// empty B.
-#[must_use]
 pub fn directed(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
     let mut furthest = 0.0_f64;
     for from in a {
@@ -23,7 +22,6 @@ pub fn directed(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
 }
 
 /// `H(A, B) = max(h(A, B), h(B, A))` (4), in the unit of the points.
-#[must_use]
 pub fn hausdorff(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
     directed(a, b).max(directed(b, a))
 }

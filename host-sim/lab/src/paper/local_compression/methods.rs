@@ -44,7 +44,6 @@ pub struct Fitted {
 
 impl Fitted {
     /// Constants k [N/m] and d [N s/m], without mass damping or region.
-    #[must_use]
     pub fn new(stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> Self {
         Self { stiffness_n_per_m, damping_n_s_per_m, node_damping_per_s: 0.0, region: None }
     }
@@ -61,7 +60,6 @@ pub enum StudyMethod {
 
 impl StudyMethod {
     /// Name in tables.
-    #[must_use]
     pub fn name(&self) -> &'static str {
         match self {
             Self::LocalCompression(fitted) if fitted.node_damping_per_s > 0.0 => "local-compression",
@@ -76,7 +74,6 @@ impl StudyMethod {
     }
 
     /// The tissue with the parameters with which this method runs.
-    #[must_use]
     pub fn block(&self, block: &Block, tick_s: f64) -> Block {
         let mut block = block.clone();
         block.params.tick_s = tick_s as f32;
@@ -92,9 +89,6 @@ impl StudyMethod {
 
     /// Builds the method for a tissue from [`Self::block`] and passes it to `work`. `None` if the
     /// method is not available, because no calibrated patch of this mesh exists.
-    ///
-    /// # Errors
-    /// Fails if the core or the method rejects the model or the parameters.
     pub fn run<T>(&self, block: &Block, work: impl FnOnce(&mut dyn RunningMethod) -> T) -> Result<Option<T>, Error> {
         match self {
             Self::LocalCompression(fitted) => run_fitted(block, fitted, work).map(Some),
@@ -104,9 +98,6 @@ impl StudyMethod {
 
     /// Largest time step with which the method comes to rest under a force [s], or the reason why
     /// it does not come to rest with any step tried. `None` if it is not available.
-    ///
-    /// # Errors
-    /// Fails if the core or the method rejects the model or the parameters.
     pub fn step_s(&self, block: &Block, force_n: f64) -> Result<Option<Result<f64, NoRest>>, Error> {
         let mut why = None;
         for halvings in 0..=if self.is_floored() { 0 } else { MOST_HALVINGS } {
@@ -125,10 +116,6 @@ impl StudyMethod {
 
     /// Presses from rest until nothing moves, `runs` times, and returns the press with the least
     /// CPU time. `None` if it is not available.
-    ///
-    /// # Errors
-    /// Fails if the core or the method rejects the model or the parameters; the inner error says
-    /// why the model does not come to rest.
     pub fn press(&self, block: &Block, tick_s: f64, force_n: f64, runs: usize) -> Result<Option<Result<AtRest, NoRest>>, Error> {
         let block = self.block(block, tick_s);
         let mut best: Option<AtRest> = None;
@@ -145,7 +132,6 @@ impl StudyMethod {
 }
 
 /// The springs of a model with their stiffness replaced by a single one [N/m].
-#[must_use]
 pub fn springs_of(model: &Model, params: &Params, stiffness_n_per_m: f64) -> Vec<Spring> {
     let k = (stiffness_n_per_m / f64::from(params.youngs_modulus_pa)) as f32;
     model.springs.iter().map(|s| Spring { k, k_rest: k * (s.k_rest / s.k), ..*s }).collect()

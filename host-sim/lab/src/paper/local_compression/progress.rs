@@ -15,7 +15,6 @@ pub struct AnnealingProgress<'a> {
 
 impl<'a> AnnealingProgress<'a> {
     /// Starts the display for an annealing of `trials` trials.
-    #[must_use]
     pub fn new(display: &'a dyn Progress, trials: usize) -> Self {
         Self { display, doing: Mutex::default(), tried: AtomicUsize::new(0), trials }
     }

@@ -3,32 +3,19 @@
 use palpate_charts::{Figure, Level, Plot, ScaledAxis, Series};
 use palpate_tissue::output::OutputFolder;
 
-use super::failures::region::{Awake, least_awake};
-use super::failures::{barycentre, correction};
 use super::figures::pressed;
-use super::fit::{BOUNDS, Found, Step};
-use super::identifiability::{Loading, PRINTED};
+use super::fit::{BOUNDS, Found, PRINTED, Step};
 use super::study::{FIT_N, OnBlock, OnOrgan, named, product};
 use super::sweep::{Curve, STATIC};
 use crate::error::Error;
 use crate::methods::Method;
-use crate::paper_method::region::ContactPressure;
 use crate::study::{Claim, Findings, Table};
 
 /// Distance from the site that the close-up pictures show [finger radii].
 const NEAR_RADII: f64 = 5.0;
-/// Largest accepted force error of the region (1).
-const REGION_ERROR: f64 = 0.02;
 /// Name of the paper's model.
 const MODEL: &str = "local-compression";
-/// Forms of equation (8).
-const FORMS: [(ContactPressure, &str); 2] =
-    [(ContactPressure::UniformLoad, "uniform load"), (ContactPressure::RigidPunch, "rigid punch")];
-
 /// Tables, claims and pictures of the block and of the organs.
-///
-/// # Errors
-/// A picture cannot be drawn or written.
 pub fn findings(folder: &OutputFolder, quick: bool, block: &OnBlock, organs: &[OnOrgan]) -> Result<Findings, Error> {
     let mut findings = Findings {
         headline: format!(
@@ -43,9 +30,6 @@ pub fn findings(folder: &OutputFolder, quick: bool, block: &OnBlock, organs: &[O
     }
     annealing(&mut findings, block, organs);
     sweeps(&mut findings, quick, block, organs);
-    corrections(&mut findings, block);
-    regions(&mut findings, &block.region);
-    volume_force(&mut findings, block);
     Ok(findings)
 }
 
@@ -67,7 +51,7 @@ fn pictures(folder: &OutputFolder, organ: &OnOrgan) -> Result<Vec<(String, Strin
     Ok(drawn)
 }
 
-/// Fig. 7, the largest steps with the fitted and the printed values, and what the objective sees.
+/// Fig. 7.
 fn annealing(findings: &mut Findings, block: &OnBlock, organs: &[OnOrgan]) {
     let walks = block.walks.iter().enumerate().map(|(n, walk)| (format!("block, walk {}", n + 1), walk, None));
     let walks = walks.chain(organs.iter().map(|o| (o.scene.name.clone(), &o.walk, o.fitted.region)));
@@ -80,28 +64,11 @@ fn annealing(findings: &mut Findings, block: &OnBlock, organs: &[OnOrgan]) {
         .col("without_answer", |(_, walk, _)| walk.simulations[1])
         .col("least_stress_pa", |(.., region)| region.map(|region| region.least_stress_pa))
         .all();
-    let values = ["fitted k, no d", "fitted k and d", "the paper's k, no d", "the paper's k and d"];
-    let steps = Table::rows("largest_step", values.into_iter().zip(&block.steps))
-        .col("values", |(values, _)| *values)
-        .col("stiffness_n_per_m", |(_, ([k, _], _))| *k)
-        .col("damping_n_s_per_m", |(_, ([_, d], _))| *d)
-        .col("largest_step_s", |(_, (_, step_s))| *step_s)
-        .all();
-    let finger = |drive| match drive {
-        Loading::Held => "tip held, at rest",
-        Loading::ForceAtRest => "force, at rest",
-        Loading::ForceOnTheWay => "force, on the way",
-    };
-    let mut seen = Table::rows("objective", &block.seen).col("finger", |seen| finger(seen.drive));
-    for (n, name) in ["half_k_mm", "twice_k_mm", "quarter_d_mm", "four_d_mm"].into_iter().enumerate() {
-        seen = seen.col(name, |seen| seen.moved_mm[n]);
-    }
-    findings.tables.extend([
-        walks
-            .about("Fig. 7: k and d fitted by the paper's annealing to the motion of finite elements after the finger is let go"),
-        steps.about("largest step with which the network vibrates freely without growing"),
-        seen.all().about("what the objective sees: distance between the key points with the fitted values and with changed ones"),
-    ]);
+    findings
+        .tables
+        .push(walks.about(
+            "Fig. 7: k and d fitted by the paper's annealing to the motion of finite elements after the finger is let go",
+        ));
     let below = format!("block, {} nodes; the last trial of each temperature", block.block.size().nodes);
     let figure = |name: &str, title: &str, y: &str, pick: fn(&Step) -> f64, level: Level| {
         let walk = |(n, found): (usize, &Found)| {
@@ -258,122 +225,4 @@ fn force_and_time(scene: &str, nodes: usize, curves: &[Curve]) -> [Figure; 2] {
             Plot::new(force(), ScaledAxis::log("CPU time [ms]"), times.collect()),
         ),
     ]
-}
-
-/// The failure of (11)-(13): a force that depends on the time step.
-fn corrections(findings: &mut Findings, found: &OnBlock) {
-    let points = found.correction.iter().flat_map(|c| c.points.iter().map(move |point| (c.compensation.name(), point)));
-    let table = Table::rows("correction", points)
-        .col("resists_compression", |(name, _)| name.clone())
-        .col("step_s", |(_, point)| point.0)
-        .col("force_n", |(_, point)| point.1)
-        .all();
-    let about =
-        "(11)-(13): nodes go C/2 in every step, however short, so that the force depends on the time step; an energy has none";
-    findings.tables.push(table.about(about));
-    let curve =
-        |c: &correction::AgainstStep| Series::curve(c.compensation.name(), c.points.iter().map(|(s, f)| (s * 1e3, *f))).marked();
-    let series = found.correction.iter().map(curve).collect();
-    findings.plotted.push(Figure::plot(
-        "correction_against_step",
-        "Over-compression correction (11)-(13): force against time step",
-        format!(
-            "block, {} nodes, springs of the fitted k, {:.0} mm deep, at rest",
-            found.block.size().nodes,
-            correction::DEPTH_M * 1e3
-        ),
-        Plot::new(ScaledAxis::log("time step [ms]"), ScaledAxis::log("force [N]"), series),
-    ));
-    let spread = |of: correction::Compensation| {
-        let points = found.correction.iter().find(|c| c.compensation == of).map_or(&[][..], |c| &c.points);
-        let (low, high) = points.iter().fold((f64::INFINITY, 0.0_f64), |(l, h), (_, f)| (l.min(*f), h.max(*f)));
-        if points.is_empty() { f64::NAN } else { high / low }
-    };
-    let [printed, energy] = [correction::Compensation::Printed(0.0), correction::Compensation::Energy].map(spread);
-    findings.claims.push(Claim::printed(
-        "Section 2.4: the over-compression correction keeps the model valid under a concentrated force",
-        format!("with tau_c = 0 the force changes by a factor of {printed:.1} with the time step; as an energy by {energy:.2}"),
-        Some(printed < 1.1),
-    ));
-}
-
-/// The failure of (7)-(8): a region that ends where the stress is small still ends where the
-/// tissue moves.
-fn regions(findings: &mut Findings, found: &[Awake]) {
-    let name = |form: ContactPressure| FORMS.iter().find(|(f, _)| *f == form).map_or("", |(_, name)| name);
-    let least: Vec<Awake> = FORMS.iter().filter_map(|(form, _)| least_awake(found, *form, REGION_ERROR)).collect();
-    let table = Table::rows("region", found)
-        .col("pressure", |a| name(a.pressure))
-        .col("least_stress_pa", |a| a.least_stress_pa)
-        .col("radius_m", |a| a.radius_m)
-        .col("awake_share", |a| a.share)
-        .col("force_error", |a| a.force_error)
-        .only(|a| least.contains(a));
-    findings.tables.push(table.about("(7)-(8): nodes that must stay awake, by the least stress at which they do"));
-    let figure = |name: &str, title: &str, y: &str, pick: fn(&Awake) -> f64| {
-        let series = FORMS.map(|(form, words)| {
-            let points = found.iter().filter(|a| a.pressure == form).map(|a| (a.least_stress_pa, pick(a)));
-            Series::curve(format!("(8) under a {words}"), points).marked()
-        });
-        let plot = Plot::new(ScaledAxis::log("least vertical stress [Pa]"), ScaledAxis::linear(y), series.into());
-        Figure::plot(name, title, "block, springs of the fitted k, 4 mm deep, at rest", plot)
-    };
-    findings.plotted.extend([
-        figure("region_radius", "Radius of the region (7)-(8)", "radius [mm]", |a| a.radius_m * 1e3),
-        figure("region_awake", "Free nodes that the region keeps awake", "share awake [%]", |a| a.share * 100.0),
-        figure("region_error", "Force error of the region", "force error [%]", |a| a.force_error * 100.0),
-    ]);
-    let share = least.iter().map(|a| a.share).fold(1.0, f64::min);
-    findings.claims.push(Claim::printed(
-        "Section 2.3: computing only the local region reduces the cost effectively",
-        format!("with at most 2 % force error, {:.0} % of the block's free nodes must stay awake", share * 100.0),
-        Some(share <= 0.5),
-    ));
-}
-
-/// The failure of (2): a tet that swells pushes itself.
-fn volume_force(findings: &mut Findings, found: &OnBlock) {
-    let ([mean, most], presses) = &found.volume;
-    let table = Table::rows("volume_force_presses", presses)
-        .col("coefficient_pa_per_m", |p| p.coefficient_pa_per_m)
-        .col("force_n", |p| p.force_n)
-        .col("volume_change_pct", |p| p.volume_change_pct)
-        .all();
-    let about = format!(
-        "(2): a tet that swells pushes itself with {:.0} % of a corner's force on the mean, {:.0} % at most; presses {:.0} mm deep by the coefficient, which the paper does not print",
-        mean * 100.0,
-        most * 100.0,
-        barycentre::DEPTH_M * 1e3
-    );
-    findings.fact("volume_force_net_share_mean", *mean);
-    findings.fact("volume_force_net_share_most", *most);
-    findings.tables.push(table.about(about));
-    let truth = palpate_tissue::answer::Answer::block();
-    let hold = truth.holds.iter().find(|h| h.place_m == [0.0; 3] && (h.depth_m - barycentre::DEPTH_M).abs() < 1e-9);
-    let truth_n = hold.map(|h| h.force_over_e_m2 * f64::from(found.block.params.youngs_modulus_pa));
-    let points =
-        presses.iter().filter(|p| p.coefficient_pa_per_m > 0.0).filter_map(|p| Some((p.coefficient_pa_per_m, p.force_n?)));
-    let series = vec![Series::curve("(2)", points).marked()];
-    findings.plotted.push(Figure::plot(
-        "volume_force",
-        "Volume force (2): force against its coefficient",
-        "block, springs of the fitted k, 4 mm deep; the curve ends where the model diverges",
-        Plot::new(ScaledAxis::log("coefficient [Pa/m]"), ScaledAxis::linear("force [N]"), series)
-            .levels(truth_n.map(|n| Level::new("finite elements", n))),
-    ));
-    let changes = || presses.iter().filter(|p| !p.volume_change_pct.is_nan());
-    let best = changes().min_by(|a, b| a.volume_change_pct.abs().total_cmp(&b.volume_change_pct.abs()));
-    let without = changes().find(|p| p.coefficient_pa_per_m == 0.0);
-    if let (Some(best), Some(without)) = (best, without) {
-        let [best_pct, without_pct] = [best, without].map(|p| p.volume_change_pct);
-        let [with_n, without_n] = [best, without].map(|row| row.force_n.unwrap_or(f64::NAN));
-        findings.claims.push(Claim::printed(
-            "Section 2.1: the volume force ensures volume conservation",
-            format!(
-                "at best, with c = {:.0e} Pa/m, the volume changes by {best_pct:+.2} % instead of {without_pct:+.2} %, and the force grows from {without_n:.2} to {with_n:.2} N; with more it diverges. Momentum is not kept",
-                best.coefficient_pa_per_m
-            ),
-            Some(best_pct.abs() < 0.1 * without_pct.abs()),
-        ));
-    }
 }

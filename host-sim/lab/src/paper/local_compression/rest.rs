@@ -76,22 +76,16 @@ pub enum NoRest {
 
 impl Push {
     /// Starts a finger just above the surface, at zero speed.
-    #[must_use]
     pub fn new(force_n: f64) -> Self {
         Self { force_n, depth_m: -CLEAR_M, speed_m_per_s: 0.0, felt_n: 0.0 }
     }
 
     /// Depth of the tip [m].
-    #[must_use]
     pub fn depth_m(&self) -> f64 {
         self.depth_m
     }
 
     /// Moves the tip and runs one tick of a method.
-    ///
-    /// # Errors
-    /// Fails with [`NoRest::Diverged`] if the model diverges, and with [`NoRest::Sunk`] if the tip
-    /// reaches the depth limit.
     pub fn tick(&mut self, block: &Block, running: &mut dyn RunningMethod) -> Result<(), NoRest> {
         let Impedance { mass_kg, damping_n_s_per_m, .. } = FINGER;
         let tick_s = f64::from(block.params.tick_s);
@@ -111,9 +105,6 @@ impl Push {
 }
 
 /// Presses tissue that is at rest and untouched.
-///
-/// # Errors
-/// [`NoRest`], with the reason.
 pub fn to_rest(block: &Block, running: &mut dyn RunningMethod, force_n: f64) -> Result<AtRest, NoRest> {
     let ticks_per_ms = (1e-3 / f64::from(block.params.tick_s)).round().max(1.0) as usize;
     let nodes = block.tissue.mesh.nodes_m.len();

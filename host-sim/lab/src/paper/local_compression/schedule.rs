@@ -35,7 +35,6 @@ impl Schedule {
     pub const PAPER: Self = Self { first: 100.0, last: 0.001, cooling: 0.98, trials: 200 };
 
     /// Number of temperatures.
-    #[must_use]
     pub const fn temperatures(&self) -> usize {
         let (mut temperature, mut count) = (self.first, 0);
         while temperature > self.last {
@@ -46,13 +45,11 @@ impl Schedule {
     }
 
     /// Number of trials of the whole schedule.
-    #[must_use]
     pub const fn length(&self) -> usize {
         self.temperatures() * self.trials
     }
 
     /// Temperature of a trial if `trials` trials are spread over all temperatures.
-    #[must_use]
     pub fn temperature(&self, trial: usize, trials: usize) -> f64 {
         self.first * self.cooling.powi((trial * self.temperatures() / trials) as i32)
     }
@@ -84,51 +81,43 @@ pub struct Walk {
 
 impl Walk {
     /// A walk of `trials` trials that starts at `place` with the cost `cost`.
-    #[must_use]
     pub fn start(schedule: Schedule, trials: usize, seed: u64, place: Vec<f64>, cost: f64) -> Self {
         Self { schedule, seed, trials, trial: 0, reach: REACH[1], best: (place.clone(), cost), place, cost }
     }
 
     /// Number of trials so far, and total number.
-    #[must_use]
     pub fn trials(&self) -> (usize, usize) {
         (self.trial, self.trials)
     }
 
     /// Whether the schedule is complete.
-    #[must_use]
     pub fn is_done(&self) -> bool {
         self.trial >= self.trials
     }
 
     /// Temperature of the next trial, in units of the cost.
-    #[must_use]
     pub fn temperature(&self) -> f64 {
         self.schedule.temperature(self.trial, self.trials)
     }
 
     /// Present place of the walk and its cost.
-    #[must_use]
     pub fn here(&self) -> (&[f64], f64) {
         (&self.place, self.cost)
     }
 
     /// Best place so far and its cost.
-    #[must_use]
     pub fn best(&self) -> (&[f64], f64) {
         (&self.best.0, self.best.1)
     }
 
     /// Whether two walks have the same schedule, seed and number of trials, regardless of their
     /// progress.
-    #[must_use]
     pub fn is_same(&self, other: &Self) -> bool {
         (self.schedule, self.seed, self.trials) == (other.schedule, other.seed, other.trials)
     }
 
     /// The next trial: every coordinate changes by up to the reach. Until its cost is passed to
     /// [`Self::judge`], repeated calls return the same trial.
-    #[must_use]
     pub fn propose(&self) -> Vec<f64> {
         let mut random = self.random();
         self.place.iter().map(|x| x + self.reach * (2.0 * share(&mut random) - 1.0)).collect()

@@ -1,11 +1,9 @@
-//! Computes everything that the report needs: fits, sweeps over forces, and failures.
+//! Computes everything that the report needs: fits and sweeps over forces.
 
 use palpate::{Fnv, Vector3};
 
 use super::checkpoint;
-use super::failures::{barycentre, correction, region};
 use super::fit::{Found, Step, Target};
-use super::identifiability::{PRINTED, Seen, largest_step_s, seen};
 use super::methods::{Fitted, StudyMethod};
 use super::progress::AnnealingProgress;
 use super::scene::PressScene;
@@ -45,9 +43,6 @@ pub struct Size {
     pub forces_n: &'static [f64],
     /// Factor by which the lattices of organs are coarser than in the scene (1).
     pub coarser: f64,
-    /// Number of time steps in the chart of the correction, which begins at 0.5 ms and halves from
-    /// one to the next.
-    pub halvings: u32,
     /// Longest edge near the finger [m] and largest number of nodes of the layered reference;
     /// `None` leaves it out.
     pub layered: Option<(f64, usize)>,
@@ -55,16 +50,14 @@ pub struct Size {
 
 impl Size {
     /// The paper's schedule and forces.
-    #[must_use]
     pub fn full() -> Self {
         let trials = [Schedule::PAPER.length(), 2 * Schedule::PAPER.temperatures()];
-        Self { trials, forces_n: &FORCES_N, coarser: 1.0, halvings: 6, layered: Some((0.0045, 1500)) }
+        Self { trials, forces_n: &FORCES_N, coarser: 1.0, layered: Some((0.0045, 1500)) }
     }
 
     /// Returns a reduced size: few forces, few trials at each temperature, coarser organs.
-    #[must_use]
     pub fn quick() -> Self {
-        Self { trials: [570, 60], forces_n: &[0.8, 1.6, 2.4], coarser: 1.5, halvings: 4, layered: None }
+        Self { trials: [570, 60], forces_n: &[0.8, 1.6, 2.4], coarser: 1.5, layered: None }
     }
 }
 
@@ -74,19 +67,8 @@ pub struct OnBlock {
     pub block: Block,
     /// The two annealing walks.
     pub walks: Vec<Found>,
-    /// Sensitivity of the objective to k and d, for each loading.
-    pub seen: [Seen; 3],
-    /// Values k [N/m] and d [N s/m], and the largest stable time step with them [s]: fitted without
-    /// d, fitted, the paper's without d, the paper's.
-    pub steps: Vec<([f64; 2], f64)>,
     /// Curve of each method over the forces.
     pub curves: Vec<Curve>,
-    /// Forces with and without the correction (11)-(13).
-    pub correction: Vec<correction::AgainstStep>,
-    /// Regions under (7)-(8).
-    pub region: Vec<region::Awake>,
-    /// Volume force (2): mean and largest net force of a tet (1), and presses at each coefficient.
-    pub volume: ([f64; 2], Vec<barycentre::WithCoefficient>),
 }
 
 /// Results on an organ.
@@ -155,11 +137,7 @@ fn block() -> Result<Block, Error> {
     Ok(block)
 }
 
-/// Fits the model to the block, runs all methods under all forces, and measures the failures of the
-/// formulas.
-///
-/// # Errors
-/// Fails if the core or a method rejects the model or the parameters.
+/// Fits the model to the block and runs all methods under all forces.
 pub fn on_block(folder: &OutputFolder, size: &Size, progress: &AnnealingProgress) -> Result<OnBlock, Error> {
     let block = block()?;
     progress.say("block: annealing");
@@ -169,33 +147,13 @@ pub fn on_block(folder: &OutputFolder, size: &Size, progress: &AnnealingProgress
     let walks = vec![first?, second?];
     let best = walks.iter().map(|w| w.best).min_by(|a, b| a.distance_mm.total_cmp(&b.distance_mm));
     let (k, d) = best.map_or((f64::NAN, f64::NAN), |b| (b.stiffness_n_per_m, b.damping_n_s_per_m));
-    progress.say("block: what the objective sees");
-    let seen = seen(&target, k, d)?;
-    let steps = [[k, 0.0], [k, d], [PRINTED[0], 0.0], PRINTED];
-    let steps = steps.into_iter().map(|[k, d]| Ok(([k, d], largest_step_s(&block, k, d)?))).collect::<Result<_, Error>>()?;
     progress.say("block: presses");
     let fitted = with_region(&block, k, d)?;
     let curves = curves(&block, fitted, size)?;
-    progress.say("block: failures");
-    let step_s: Vec<f64> = (0..size.halvings).map(|n| 5e-4 / f64::from(1 << n)).collect();
-    let thresholds: Vec<f64> = (0..if size.layered.is_some() { 14 } else { 6 }).map(|n| 3000.0 * 0.56_f64.powi(n)).collect();
-    let coefficients = [0.0, 1e5, 3e5, 1e6, 2e6, 5e6, 1e7, 2e7, 5e7, 1e8];
-    Ok(OnBlock {
-        walks,
-        seen,
-        steps,
-        curves,
-        correction: correction::measure(&block, k, &step_s)?,
-        region: region::measure(&block, k, &thresholds)?,
-        volume: (barycentre::net_share(&block), barycentre::measure(&block, k, &coefficients)?),
-        block,
-    })
+    Ok(OnBlock { walks, curves, block })
 }
 
 /// Fits the model to an organ and runs all methods under all forces.
-///
-/// # Errors
-/// Fails if the scene is invalid, or if the core or a method rejects the model.
 pub fn on_organ(
     folder: &OutputFolder,
     scene: PressScene,
@@ -205,9 +163,7 @@ pub fn on_organ(
 ) -> Result<OnOrgan, Error> {
     progress.say(format!("{}: pictures", scene.name));
     let mut smooth = scene.clone();
-    if let Some(mesh) = &mut smooth.mesh {
-        mesh.growth *= PICTURE_GROWTH;
-    }
+    smooth.mesh.growth *= PICTURE_GROWTH;
     let smooth = Site::of(&smooth, 1.0)?;
     let product = StudyMethod::Charted(Method::Palpate);
     let pictured = curve(&product, &smooth.block, &scene.finger.forces_n)?.unwrap_or_else(|| Curve::empty(product.name()));
@@ -259,13 +215,11 @@ fn curves(block: &Block, fitted: Fitted, size: &Size) -> Result<Vec<Curve>, Erro
 }
 
 /// The curve called `name`, if there is one.
-#[must_use]
 pub fn named<'a>(curves: &'a [Curve], name: &str) -> Option<&'a Curve> {
     curves.iter().find(|c| c.name == name)
 }
 
 /// The curve of the product, with a calibrated patch if there is one.
-#[must_use]
 pub fn product(curves: &[Curve]) -> Option<&Curve> {
     named(curves, Method::Calibrated.name()).or_else(|| named(curves, Method::Palpate.name()))
 }

@@ -52,20 +52,17 @@ pub struct Curve {
 
 impl Curve {
     /// A method without presses.
-    #[must_use]
     pub fn empty(name: &'static str) -> Self {
         Self { name, step_s: None, points: Vec::new(), ended: None }
     }
 
     /// The press under a requested force; `None` if it did not come to rest.
-    #[must_use]
     pub fn at(&self, force_n: f64) -> Option<&Point> {
         self.points.iter().find(|p| (p.force_n - force_n).abs() < 1e-9)
     }
 
     /// Root mean square of the relative deviation in depth from `truth` (1), over the forces that
     /// both curves have, and the number of these forces; `None` if there are none.
-    #[must_use]
     pub fn depth_error(&self, truth: &Self) -> Option<(f64, usize)> {
         let both = self.points.iter().filter_map(|p| truth.at(p.force_n).map(|t| p.depth_m / t.depth_m - 1.0));
         let errors: Vec<f64> = both.collect();
@@ -75,7 +72,6 @@ impl Curve {
 }
 
 /// The methods of Figs. 8 and 9, including the product.
-#[must_use]
 pub fn study_methods(fitted: Fitted) -> Vec<StudyMethod> {
     let charted = [Method::Springs, Method::Meshless, Method::NeoHookeanNodal, Method::Palpate, Method::Calibrated];
     let with_masses = Fitted { node_damping_per_s: NODE_DAMPING_PER_S, ..fitted };
@@ -84,9 +80,6 @@ pub fn study_methods(fitted: Fitted) -> Vec<StudyMethod> {
 
 /// The stress rule with the highest threshold of (7) that changes the depth under a force by at
 /// most 2 %; `None` if no threshold tried does.
-///
-/// # Errors
-/// Fails if the core rejects the model or the parameters.
 pub fn region_for(block: &Block, fitted: Fitted, step_s: f64, force_n: f64) -> Result<Option<StressRule>, Error> {
     let press = |region| StudyMethod::LocalCompression(Fitted { region, ..fitted }).press(block, step_s, force_n, 1);
     let Some(Ok(all)) = press(None)? else { return Ok(None) };
@@ -105,9 +98,6 @@ pub fn region_for(block: &Block, fitted: Fitted, step_s: f64, force_n: f64) -> R
 
 /// Measures one method under every force, up to the first under which it does not come to rest.
 /// `None` if it is not available.
-///
-/// # Errors
-/// Fails if the core or the method rejects the model or the parameters.
 pub fn curve(method: &StudyMethod, block: &Block, forces_n: &[f64]) -> Result<Option<Curve>, Error> {
     let (mut step_s, mut why) = (None, None);
     for &force_n in forces_n.iter().rev() {
@@ -152,9 +142,6 @@ pub fn curve(method: &StudyMethod, block: &Block, forces_n: &[f64]) -> Result<Op
 
 /// The static reference on the same mesh, on one thread. Its time for a force includes that of all
 /// smaller forces, through which it steps anyway.
-///
-/// # Errors
-/// Memory for the factor runs out.
 pub fn static_curve(truth: &Truth, forces_n: &[f64]) -> Result<Curve, Error> {
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build();
     let one =

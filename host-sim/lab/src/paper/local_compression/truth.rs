@@ -41,16 +41,14 @@ pub struct Truth {
 
 impl Truth {
     /// Prepares tissue whose tets have one stiffness each, as in the other methods.
-    #[must_use]
     pub fn same_mesh(block: &Block) -> Self {
         Self::new(block, |tet, _| block.tissue.stiffness_ratio[tet], TetRule::Four)
     }
 
     /// Prepares an organ whose layers run through its elements.
-    #[must_use]
     pub fn layered(site: &Site) -> Self {
         let e = f64::from(site.block.params.youngs_modulus_pa);
-        Self::new(&site.block, |tet, x| site.youngs_modulus_at_pa(tet, (*x).into()) / e, TetRule::Eleven)
+        Self::new(&site.block, |_, x| site.youngs_modulus_at_pa((*x).into()) / e, TetRule::Eleven)
     }
 
     fn new(block: &Block, ratio: impl Fn(usize, &Vector3<f64>) -> f64, rule: TetRule) -> Self {
@@ -75,9 +73,6 @@ impl Truth {
 
     /// Presses with ascending forces, starting undeformed; ends before the first force without an
     /// equilibrium. CPU times are those of one thread only if the caller provides a single thread.
-    ///
-    /// # Errors
-    /// Memory for the factor runs out.
     pub fn press(&self, forces_n: &[f64], mut progress: impl FnMut(f64)) -> Result<Vec<ReferencePress>, Error> {
         let e = f64::from(self.block.params.youngs_modulus_pa);
         let radius_m = f64::from(self.block.params.probe.radius_m);

@@ -5,9 +5,8 @@ use nalgebra::Vector3;
 use super::Resolution;
 use super::measured::Measured;
 use super::scene::HangingScene;
-use super::steps::{PRINTED_LAWS, Steps};
 use crate::error::Error;
-use palpate_charts::{Bar, Bars, Figure, Form, Landmark, Layer, Level, Look, Plot, ScaledAxis, Series, Superposed, superposed};
+use palpate_charts::{Bar, Bars, Figure, Form, Landmark, Layer, Look, ScaledAxis, Superposed, superposed};
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::output::OutputFolder;
 
@@ -114,38 +113,4 @@ pub fn fig_3(scene: &HangingScene, resolution: &Resolution) -> Figure {
         below: "distance to finite elements of the same scene (13): median, quartiles, smallest and largest".into(),
         form: Form::Bars(Bars { axis: ScaledAxis::linear("error [mm]"), bars }),
     }
-}
-
-/// The force of a press over the time step.
-pub fn force_against_step(steps: &Steps) -> Figure {
-    const NAMES: [&str; 3] = ["corrections, tau = 0", "corrections, tau = 0.1", "compensation as an energy"];
-    let curve = |(name, curve): (&str, &Vec<(f64, f64)>)| {
-        Series::curve(name, curve.iter().map(|(dt_s, force_n)| (1e3 * dt_s, 1e3 * force_n))).marked()
-    };
-    let series = NAMES.into_iter().zip(&steps.force).map(curve).collect();
-    let plot = Plot::new(ScaledAxis::log("time step [ms]"), ScaledAxis::linear("force [mN]"), series);
-    Figure::plot(
-        "force_against_step",
-        "A correction of positions makes the force depend on the time step",
-        "block of 130 nodes pressed 2 mm deep; finite elements say 49.2 mN",
-        plot.levels([Level::new("finite elements", 49.2)]),
-    )
-}
-
-/// The largest stable time step over the damping, with those of the printed forms as horizontal
-/// lines.
-pub fn stable_step(steps: &Steps) -> Figure {
-    let points = steps.damped.iter().map(|(share, dt_s)| (*share, 1e3 * dt_s));
-    let series = vec![Series::curve("a share of critical", points).marked()];
-    let level = |name: &'static str| {
-        let found = steps.stable.iter().find(|(law, _)| *law == name);
-        found.map(|(name, dt_s)| Level::new(*name, 1e3 * f64::from(*dt_s)))
-    };
-    let x = ScaledAxis::log("damping of each spring over critical [1]");
-    Figure::plot(
-        "stable_step",
-        "The damper (12) as printed leaves no step that a tick could take",
-        "largest step of the sparse scene, springs (11); a tick is 1 ms",
-        Plot::new(x, ScaledAxis::log("largest step [ms]"), series).levels(PRINTED_LAWS.into_iter().filter_map(level)),
-    )
 }

@@ -24,7 +24,6 @@ pub struct Measured {
 
 impl Measured {
     /// Measures the deformation given by displacements of the nodes of `assembly.quadratic` [m].
-    #[must_use]
     pub fn of(assembly: &Assembly, displacement_m: Vec<Vector3<f64>>) -> Self {
         let locator = Locator::new(&assembly.quadratic, &assembly.organs[0], f64::MAX);
         let at = |point: &Vector3<f64>| locator.displacement_at(&displacement_m, point).unwrap_or_else(Vector3::zeros);
@@ -39,7 +38,6 @@ impl Measured {
     }
 
     /// Measures the deformation given by displacements of the corner nodes [m], organ after organ.
-    #[must_use]
     pub fn of_corners(assembly: &Assembly, corners_m: &[Vector3<f64>]) -> Self {
         let mut displacement_m = vec![Vector3::zeros(); assembly.quadratic.nodes_m.len()];
         let mut corner = 0;
@@ -59,13 +57,11 @@ impl Measured {
     }
 
     /// Distance of each landmark from its reference position (13) [m].
-    #[must_use]
     pub fn landmark_errors_m(&self, truth: &Self) -> Vec<f64> {
         distances(&self.landmarks_m, &truth.landmarks_m)
     }
 
     /// Distance of each surface point from its reference position (13) [m].
-    #[must_use]
     pub fn surface_errors_m(&self, truth: &Self) -> Vec<f64> {
         distances(&self.surface_m, &truth.surface_m)
     }
@@ -76,7 +72,6 @@ fn distances(found: &[Vector3<f64>], truth: &[Vector3<f64>]) -> Vec<f64> {
 }
 
 /// Mean of the values; zero if there are none.
-#[must_use]
 pub fn mean(values: &[f64]) -> f64 {
     if values.is_empty() { 0.0 } else { values.iter().sum::<f64>() / values.len() as f64 }
 }

@@ -71,7 +71,6 @@ pub struct Rest {
 
 impl HangingMethod {
     /// Name in tables.
-    #[must_use]
     pub fn name(self) -> String {
         match self {
             Self::Palpate => "palpate".into(),
@@ -90,7 +89,6 @@ impl HangingMethod {
     }
 
     /// The organs as a spring network of this method.
-    #[must_use]
     pub fn network(self, assembly: &Assembly) -> Network {
         match self {
             Self::Palpate => {
@@ -121,17 +119,11 @@ fn per_tet_share(poisson_ratio: f64) -> f64 {
 
 /// Simulates the scene with a method; returns one result for each move, up to the first fault.
 /// `progress` is called with (move, virtual time [s]).
-///
-/// # Errors
-/// Fails if [`Params::build`] rejects the model or the parameters.
 pub fn hang(assembly: &Assembly, setup: &Setup, progress: impl FnMut(usize, f64)) -> Result<Vec<Result<Rest, Fault>>, Error> {
     hang_network(assembly, &setup.method.network(assembly), setup, progress)
 }
 
 /// Simulates the scene like [`hang`], with a given network instead of the method's own.
-///
-/// # Errors
-/// Errors of [`hang`].
 pub fn hang_network(
     assembly: &Assembly,
     network: &Network,
@@ -171,7 +163,6 @@ pub fn hang_network(
 
 /// Parameters with steps of `dt_s` and `substeps` of them per tick; without `substeps` the smallest
 /// number for which the core accepts the tick.
-#[must_use]
 pub fn stepped(params: &Params, dt_s: f32, substeps: Option<u16>) -> Params {
     const SHORTEST_TICK_S: f32 = 1e-5;
     let fewest = (SHORTEST_TICK_S / dt_s).ceil().clamp(1.0, 1000.0) as u16;

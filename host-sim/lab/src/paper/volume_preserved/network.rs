@@ -35,7 +35,6 @@ pub enum Joints {
 impl Network {
     /// Builds the patch. The Poisson's ratio of `material` is that of the springs; with 0.25 they
     /// are (11) as printed.
-    #[must_use]
     pub fn build(assembly: &Assembly, material: &Material, joints: Joints) -> Self {
         let scene = assembly.scene;
         let first = &scene.organ[0];

@@ -9,7 +9,6 @@ use super::measured::{Measured, mean};
 use super::method::{Rest, Setup};
 use super::printed::{FULL, Printed, SPARSE, TABLE_1_MM};
 use super::scene::HangingScene;
-use super::steps::Steps;
 use super::truth::Truth;
 use super::{METHODS, PROMISED_M, PROMISED_VOLUME_PCT, Resolution, figures};
 use crate::study::{Claim, Findings, Table};
@@ -29,8 +28,6 @@ pub struct Measurements<'a> {
     pub weighed: Option<&'a Resolution<'a>>,
     /// Finite elements of the sparse resolution with every tet cut into eight.
     pub subdivided: Option<&'a Truth>,
-    /// Largest stable time steps, and forces as a function of the step.
-    pub steps: &'a Steps,
 }
 
 /// Mean errors of a method after a move; what was not reached is left out.
@@ -58,19 +55,12 @@ struct Mean {
 }
 
 /// Tables, claims and pictures of everything that was measured.
-///
-/// # Errors
-/// A table cannot be formatted, or a picture cannot be drawn.
 pub fn findings(found: &Measurements, folder: &OutputFolder) -> Result<Findings, crate::Error> {
     let sharpest = &found.resolutions[0];
     let means = means(found);
     let printed =
         [("full", &FULL), ("sparse", &SPARSE)].into_iter().flat_map(|(name, p)| [0, 1].map(|n| Mean::printed(name, p, n)));
     let all: Vec<Mean> = means.iter().cloned().chain(printed).collect();
-    let largest = Table::rows("largest_step", &found.steps.stable)
-        .col("damping", |(damping, _)| *damping)
-        .col("largest_step_us", |(_, dt_s)| 1e6 * f64::from(*dt_s))
-        .all();
     let mut findings = Findings {
         headline: "paper 000: a liver and its gallbladder, hung by a thread".into(),
         tables: vec![
@@ -94,10 +84,8 @@ pub fn findings(found: &Measurements, folder: &OutputFolder) -> Result<Findings,
                     "frames_per_s",
                     "frames_per_s_with_pictures",
                 ]),
-            largest.about("largest step that the sparse scene survives, springs (11) as printed, no corrections"),
         ],
         claims: printed_claims(found, &means),
-        plotted: vec![figures::force_against_step(found.steps), figures::stable_step(found.steps)],
         notes: notes(found),
         ..Findings::default()
     };

@@ -98,7 +98,6 @@ pub(super) fn joined(parts: Vec<Ceiling>) -> Vec<Ceiling> {
 }
 
 /// Contact stiffness above which one count is felt [N/m].
-#[must_use]
 pub fn felt_n_per_m(device: &DeviceProfile) -> f64 {
     (2.0 * device.friction_n).max(2.0 * FELT_N) / device.count_m
 }

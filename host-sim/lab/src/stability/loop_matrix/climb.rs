@@ -48,7 +48,6 @@ pub struct TapResult {
 
 impl TapResult {
     /// Whether the run was quiet with the requested wall.
-    #[must_use]
     pub fn holds(&self) -> bool {
         self.quiet && !self.weakened
     }
@@ -61,7 +60,6 @@ const MOST_CREATED_J: f64 = 0.1e-3;
 /// can run out, no contact that created energy that a hand could feel. Without such an account the
 /// port may give energy and shake for a while, as long as it comes to rest. The account may act on
 /// a leaving probe, since that does not change the stiffness at rest.
-#[must_use]
 pub fn quiet(run: &Run, settings: &Settings) -> bool {
     if settings.account != AccountSettings::HIGHEST {
         return run.quiet() && run.created_j <= MOST_CREATED_J;
@@ -93,9 +91,6 @@ pub struct Climb {
 
 impl LoopSetup<'_> {
     /// Taps a wall at 0.2 m/s and holds the contact.
-    ///
-    /// # Errors
-    /// Fails if the loop rejects the device.
     pub fn tap(&self, n_per_m: f64) -> Result<TapResult, BuildError> {
         let settings = self.control.settings(self.device);
         let limit_n = f64::from(settings.limits.max_force_n);
@@ -115,9 +110,6 @@ impl LoopSetup<'_> {
     }
 
     /// Climbs until the loop shakes on a wall.
-    ///
-    /// # Errors
-    /// Fails if the loop rejects the device.
     pub fn climb(&self) -> Result<Climb, BuildError> {
         let mut stiffest = 0.0;
         for n_per_m in walls_n_per_m() {

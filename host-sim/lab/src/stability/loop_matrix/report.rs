@@ -17,9 +17,6 @@ const DRAWN_DELAY: u8 = 1;
 const LEAST_MJ: f64 = 1e-3;
 
 /// Adds the tables, the pictures and the claim of the matrix.
-///
-/// # Errors
-/// A profile cannot be read.
 pub fn report(summary: &LoopSummary, findings: &mut Findings) -> Result<(), Error> {
     let cells = Table::rows("stability_loop", &summary.cells)
         .col("device", |c| c.device.clone())

@@ -68,7 +68,6 @@ const fn row(method: Method, build: Build) -> Row {
 
 impl Row {
     /// Name in files and pictures.
-    #[must_use]
     pub fn name(&self) -> String {
         let words = match self.build {
             Build::Derived => "",
@@ -78,7 +77,6 @@ impl Row {
     }
 
     /// Whether the product makes promises for this row.
-    #[must_use]
     pub fn is_promised(&self) -> bool {
         self.is_product() && self.build == Build::Derived
     }
@@ -104,9 +102,6 @@ pub struct BuiltMethod {
 impl BuiltMethod {
     /// Sets up a row on the standard block, with the addition of `tissue`. `None` if the method is
     /// not available, lacks the term that the tissue needs, or refuses the tissue.
-    ///
-    /// # Errors
-    /// Fails if the block or the method cannot be built.
     pub fn new(row: Row, nodes: usize, youngs_modulus_pa: f64, tissue: CaseTissue) -> Result<Option<Self>, Error> {
         if tissue.needs_a_term() && !row.is_product() {
             return Ok(None);
@@ -154,31 +149,23 @@ impl BuiltMethod {
     }
 
     /// Returns the method with a tick of `tick_s`, and with masses and foundation unchanged.
-    #[must_use]
     pub fn with_tick(&self, tick_s: f32) -> Self {
         let params = with_tick(&self.block.params, tick_s);
         Self { block: Block { params, ..self.block.clone() }, ..self.clone() }
     }
 
     /// Returns the method with another Young's modulus [Pa] and the same substeps.
-    #[must_use]
     pub fn with_modulus(&self, youngs_modulus_pa: f64) -> Self {
         let params = Params { youngs_modulus_pa: youngs_modulus_pa as f32, ..self.block.params };
         Self { block: Block { params, ..self.block.clone() }, ..self.clone() }
     }
 
     /// Runs a stimulus and classifies the result.
-    ///
-    /// # Errors
-    /// Fails if a method cannot be built.
     pub fn stand(&self, stimulus: &Stimulus) -> Result<Figures, Error> {
         Ok(judge(&self.press(stimulus)?, stimulus.is_slow()))
     }
 
     /// Runs a stimulus and records it.
-    ///
-    /// # Errors
-    /// Fails if a method cannot be built.
     pub fn press(&self, stimulus: &Stimulus) -> Result<Trace, Error> {
         let Some(patch) = &self.guarded else {
             let trace = self.row.method.run(&self.block, self.substeps, |running| press(&self.block, running, stimulus))?;

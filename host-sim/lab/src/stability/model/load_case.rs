@@ -50,7 +50,6 @@ impl CaseTissue {
     pub const ALL: [Self; 4] = [Self::Plain, Self::Inclusion, Self::Frictional, Self::Stiffening];
 
     /// Name in files.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Plain => "plain",
@@ -61,13 +60,11 @@ impl CaseTissue {
     }
 
     /// Whether only the product has the term that this tissue needs.
-    #[must_use]
     pub const fn needs_a_term(self) -> bool {
         matches!(self, Self::Frictional | Self::Stiffening)
     }
 
     /// Adds the terms of this tissue to the parameters.
-    #[must_use]
     pub const fn of(self, params: Params) -> Params {
         match self {
             Self::Plain | Self::Inclusion => params,
@@ -150,7 +147,6 @@ const fn case(
 impl Stimulus {
     /// Whether the motion is so slow and smooth that the force during the descent is due to the
     /// stiffness of the tissue rather than its inertia, and therefore must not fall.
-    #[must_use]
     pub fn is_slow(&self) -> bool {
         self.in_m_per_s <= 0.1 && self.jitter == 0.0
     }

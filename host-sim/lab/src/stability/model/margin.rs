@@ -30,7 +30,6 @@ impl Axis {
     pub const ALL: [Self; 4] = [Self::Tick, Self::Depth, Self::Speed, Self::Stiffness];
 
     /// Name in files, with the unit.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Tick => "tick_over_1ms",
@@ -41,7 +40,6 @@ impl Axis {
     }
 
     /// Range of the search. The core rejects ticks longer than 2 ms.
-    #[must_use]
     pub fn range(self) -> [f64; 2] {
         match self {
             Self::Tick => [0.35, 2.0],
@@ -52,7 +50,6 @@ impl Axis {
     }
 
     /// Standard value, with which a method of this Young's modulus [Pa] must pass.
-    #[must_use]
     pub fn standard(self, youngs_modulus_pa: f64) -> f64 {
         match self {
             Self::Tick => 1.0,
@@ -64,7 +61,6 @@ impl Axis {
 
     /// Formats a value in the unit of tables (ms, mm, m/s or kPa); `or_more` says that no larger
     /// value was tried.
-    #[must_use]
     pub fn said(self, value: f64, or_more: bool) -> String {
         let number = match self {
             Self::Tick | Self::Speed => format!("{value:.2}"),
@@ -106,9 +102,6 @@ pub struct Margin {
 /// Finds the largest value between the ends that passes, by bisection of its logarithm: above the
 /// standard value if that passes, otherwise below it. A method that fails at a value is assumed to
 /// fail at all larger values.
-///
-/// # Errors
-/// Any error of `verdict`.
 pub fn largest(
     [low, high]: [f64; 2],
     standard: f64,
@@ -137,9 +130,6 @@ pub fn largest(
 }
 
 /// Margin of a method along an axis.
-///
-/// # Errors
-/// Fails if a method cannot be built.
 pub fn margin(method: &BuiltMethod, axis: Axis) -> Result<Margin, Error> {
     let standard = axis.standard(method.block.params.youngs_modulus_pa.into());
     largest(axis.range(), standard, |value| axis.verdict(method, value))

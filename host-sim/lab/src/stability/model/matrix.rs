@@ -90,7 +90,6 @@ pub struct Matrix {
 
 impl Scope {
     /// The whole matrix on the block of 410 nodes.
-    #[must_use]
     pub fn full() -> Self {
         Self {
             nodes: 410,
@@ -103,7 +102,6 @@ impl Scope {
 
     /// The short matrix: two stiffnesses and eight columns on the block of 130 nodes, with margins
     /// at one stiffness.
-    #[must_use]
     pub fn quick() -> Self {
         Self {
             nodes: 130,
@@ -115,13 +113,11 @@ impl Scope {
     }
 
     /// Number of places; a place is a row at a stiffness, and [`run`] numbers them.
-    #[must_use]
     pub fn places(&self) -> usize {
         self.rows.len() * self.moduli_pa.len()
     }
 
     /// Number of steps that [`run`] reports for these places.
-    #[must_use]
     pub fn steps(&self, places: Range<usize>) -> usize {
         let margins = self.at(places.clone()).filter(|(_, pa)| self.margins_at_pa.contains(pa)).count();
         places.len() * (self.tissues().len() + self.cases.len()) + margins * Axis::ALL.len()
@@ -139,9 +135,6 @@ impl Scope {
 }
 
 /// Runs the places with these numbers; `done` is called after every step.
-///
-/// # Errors
-/// Fails if a method cannot be built.
 pub fn run(scope: &Scope, places: Range<usize>, done: &(dyn Fn() + Sync)) -> Result<Part, Error> {
     let tissues = scope.tissues();
     let places = scope.at(places).flat_map(|(row, pa)| tissues.iter().map(move |&tissue| (row, pa, tissue)));

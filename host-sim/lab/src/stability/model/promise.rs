@@ -10,13 +10,11 @@ const PROMISED_PA: [f64; 2] = [3.5e3, 100e3];
 pub const LEAST_J: f64 = 0.2;
 
 /// One sentence for each promise that did not hold.
-#[must_use]
 pub fn promises(matrix: &Matrix) -> Vec<String> {
     matrix.cells.iter().filter(|c| is_promised(c)).filter_map(broken).collect()
 }
 
 /// Whether the product makes a promise for this cell.
-#[must_use]
 pub fn is_promised(cell: &Cell) -> bool {
     let [softest_pa, stiffest_pa] = PROMISED_PA;
     let stiffness = (softest_pa..=stiffest_pa).contains(&cell.youngs_modulus_pa);

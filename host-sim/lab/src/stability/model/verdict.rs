@@ -55,7 +55,6 @@ impl Verdict {
     ];
 
     /// Name in files.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Pass => "pass",
@@ -111,7 +110,6 @@ pub struct Figures {
 
 /// Classifies a press. If the press is `slow`, the force during the descent is due to the stiffness
 /// of the tissue and must not fall.
-#[must_use]
 pub fn judge(trace: &Trace, slow: bool) -> Figures {
     let drop = largest_drop(&trace.loading);
     let at_most = |value: f64, most: f64| value <= most;

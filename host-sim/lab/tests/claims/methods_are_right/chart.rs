@@ -1,7 +1,7 @@
 //! The front of the best methods, and the files of `palpate chart`.
 
 use crate::palpate_command::{Desk, palpate};
-use palpate_lab::chart::{Reference, Scope, Task, front, front_of_three, measure, term_errors};
+use palpate_lab::chart::{Reference, Scope, Task, front, front_of_three, measure};
 use palpate_lab::methods::{Block, Method};
 
 #[test]
@@ -20,22 +20,6 @@ fn the_front_of_three_is_what_nothing_matches() {
     let points = [[1.0, 9.0, 2.0], [1.0, 8.0, 2.0], [2.0, 9.0, 3.0], [5.0, 9.0, 1.0], [5.0, 9.0, 1.0], [0.1, 0.1, f64::NAN]];
     assert_eq!(front_of_three(&points), [1, 3]);
     assert!(front_of_three(&[]).is_empty());
-}
-
-/// With the terms, a patch follows tissue that relaxes, stiffens and has friction. A method without
-/// them keeps a force that should fall, is too soft where the tissue stiffens, and has no drag.
-#[test]
-fn without_the_terms_real_tissue_is_missed() {
-    let of = |method, block: &Block| term_errors(method, block).unwrap().unwrap();
-    let ours = of(Method::Calibrated, &Block::calibrated(130, 20e3).unwrap());
-    let [one, ten] = ours.held_pct.map(Option::unwrap);
-    println!("{ours:?}");
-    assert!(ours.has_terms && one.abs() < 1.0 && ten.abs() < 1.0, "{ours:?}");
-    assert!(ours.stiffening_pct.unwrap().abs() < 6.0 && ours.sideways_pct.unwrap().abs() < 8.0, "{ours:?}");
-    let without = of(Method::Corotational, &Block::standard(57, 20e3).unwrap());
-    println!("{without:?}");
-    assert!(!without.has_terms && without.held_pct.iter().all(|pct| pct.unwrap() > 100.0), "{without:?}");
-    assert!(without.stiffening_pct.unwrap() < -30.0 && without.sideways_pct.unwrap() < -80.0, "{without:?}");
 }
 
 /// Shorter substeps with lighter masses do not change the held force and remove most of the moving

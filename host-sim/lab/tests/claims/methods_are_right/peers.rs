@@ -60,6 +60,9 @@ fn a_table_of_another_press_is_refused_before_anything_is_run() {
     let whole = table(&StandardPress::new().unwrap().hash().unwrap());
     for (text, says) in [
         (table("0123456789abcdef"), ["press 0123456789abcdef", "palpate chart --press"]),
+        (whole.replace("# peers = 1\n", ""), ["no table of peers", "run.py"]),
+        (whole.replace(",600,3500,", ",0,3500,"), ["line 6: tets is \"0\"", "whole number"]),
+        (whole.replace(",25,3,", ",2.5,3,"), ["line 6: held_rms_pct is \"2.5\"", "25.00"]),
         (whole.replace(",2e5,", ",NaN,"), ["line 6: tick_median_us is \"NaN\"", "above 0"]),
         (whole.replace("tets,", ""), ["column 7", "\"tets\""]),
     ] {

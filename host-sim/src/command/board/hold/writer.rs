@@ -46,7 +46,6 @@ impl<S: Sink> Writer<S> {
 
     /// Passes a row on without waiting. Returns false if nothing is written any more; [`Self::end`]
     /// returns the reason.
-    #[must_use]
     pub(super) fn add(&mut self, record: &Record, identity: &Identity) -> bool {
         match self.rows.try_send((*record, *identity)) {
             Ok(()) => true,
