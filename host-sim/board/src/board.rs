@@ -42,6 +42,7 @@ pub enum EmulatedBoard {
 
 impl EmulatedBoard {
     /// Name on the command line: that of the budget whose patches the board runs.
+    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::M4f => "m4f-168",
@@ -50,6 +51,7 @@ impl EmulatedBoard {
     }
 
     /// The emulator's names of the machine and of its core.
+    #[must_use]
     pub fn names(self) -> (&'static str, &'static str) {
         match self {
             Self::M4f => ("mps2-an386", "cortex-m4"),
@@ -58,6 +60,7 @@ impl EmulatedBoard {
     }
 
     /// Clock of the chip that the emulated board represents [Hz].
+    #[must_use]
     pub fn clock_hz(self) -> f64 {
         match self {
             Self::M4f => 168e6,
@@ -66,6 +69,7 @@ impl EmulatedBoard {
     }
 
     /// Returns a label with the core and the clock to which its estimated times refer.
+    #[must_use]
     pub fn timed_on(self) -> &'static str {
         match self {
             Self::M4f => "estimated, M4F at 168 MHz",
@@ -90,12 +94,16 @@ pub struct Board {
 }
 
 /// Number of instructions in a span of the board's clock, exact to one.
+#[must_use]
 pub fn instructions(counts: u32) -> u64 {
     (u64::from(counts) * NS_PER_COUNT) >> SHIFT
 }
 
 impl Board {
     /// Starts an image without waiting.
+    ///
+    /// # Errors
+    /// There is no emulator, or the FIFOs cannot be made.
     pub fn start(image: &Path, machine: EmulatedBoard, log: Option<&Path>) -> Result<Self, EmulateError> {
         let folder = tempfile::tempdir()?;
         let [to_path, from_path] = ["to", "from"].map(|name| folder.path().join(name));
@@ -135,11 +143,15 @@ impl Board {
     }
 
     /// The kind of board that is emulated.
+    #[must_use]
     pub fn machine(&self) -> EmulatedBoard {
         self.machine
     }
 
     /// Sends a message.
+    ///
+    /// # Errors
+    /// The FIFO is gone.
     pub fn send(&mut self, message: &ToBoard<'_>) -> Result<(), EmulateError> {
         let mut out = [0; FRAME_BYTES];
         let frame = encode(self.sequence, message, &mut out)?;
@@ -148,11 +160,17 @@ impl Board {
     }
 
     /// Sends bytes unchanged, valid frames or not.
+    ///
+    /// # Errors
+    /// The FIFO is gone.
     pub fn send_bytes(&mut self, bytes: &[u8]) -> Result<(), EmulateError> {
         Ok(self.to.write_all(bytes)?)
     }
 
     /// The board's next message.
+    ///
+    /// # Errors
+    /// The board has crashed, or a frame arrived damaged.
     pub fn receive(&mut self) -> Result<FromBoard, EmulateError> {
         loop {
             while self.taken < self.read {
@@ -169,6 +187,9 @@ impl Board {
     }
 
     /// Reads the answer to a change of Young's modulus under force.
+    ///
+    /// # Errors
+    /// [`EmulateError::Refused`] gives the board's reason.
     pub fn modulus_taken(&mut self) -> Result<(), EmulateError> {
         match self.receive()? {
             FromBoard::Modulus(_) => Ok(()),
@@ -193,6 +214,7 @@ impl Board {
     }
 
     /// Returns the lines that the image printed, joined by semicolons.
+    #[must_use]
     pub fn last_words(&self) -> String {
         let text = std::fs::read(self.folder.path().join("words")).unwrap_or_default();
         // without the registers that the emulator prints below them
@@ -202,6 +224,9 @@ impl Board {
     }
 
     /// Sends a patch to the board, which has to be idle, and returns the number of its nodes.
+    ///
+    /// # Errors
+    /// [`EmulateError::Refused`] gives the board's reason.
     pub fn upload(&mut self, patch: &[u8]) -> Result<u32, EmulateError> {
         upload::messages(patch).try_for_each(|message| self.send(&message))?;
         match self.receive()? {

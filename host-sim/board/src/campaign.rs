@@ -61,6 +61,9 @@ pub struct Met {
 }
 
 /// Runs the campaign for this many ticks; the deepest press is `deepest_m`.
+///
+/// # Errors
+/// The board has crashed.
 pub fn run(twin: &mut Lockstep<'_>, ticks: u32, deepest_m: f32, mut progress: impl FnMut(u32)) -> Result<Met, EmulateError> {
     let mut random = Xoshiro256PlusPlus::seed_from_u64(7);
     let mut share = || (random.next_u32() >> 8) as f32 / (1 << 24) as f32;

@@ -49,6 +49,9 @@ pub struct LogTable(Table);
 impl LogTable {
     /// Reads the format strings from an ELF file; `Err` says whether they are missing or
     /// unreadable.
+    ///
+    /// # Errors
+    /// The file has no format strings, or they are of another version of defmt.
     pub fn parse(elf: &[u8]) -> Result<Self, String> {
         match Table::parse(elf) {
             Ok(Some(table)) => Ok(Self(table)),
@@ -58,6 +61,9 @@ impl LogTable {
     }
 
     /// Reads the format strings of the image that a board runs, whose checksum the board reports.
+    ///
+    /// # Errors
+    /// The file is not that image, or not an image with a log.
     pub fn of_board(path: PathBuf, board: u32) -> Result<Self, LogError> {
         let elf = match std::fs::read(&path) {
             Ok(elf) => elf,
@@ -72,6 +78,7 @@ impl LogTable {
 
     /// Decodes the frames to one line each, with time and level; a frame that cannot be decoded is
     /// marked in its place.
+    #[must_use]
     pub fn lines(&self, frames: &[u8]) -> Vec<String> {
         let mut decoder = self.0.new_stream_decoder();
         decoder.received(frames);
@@ -87,6 +94,7 @@ impl LogTable {
 }
 
 /// Checksum of an image's sources and features, from its ELF file.
+#[must_use]
 pub fn checksum(elf: &[u8]) -> Option<u32> {
     let file = object::File::parse(elf).ok()?;
     let symbol = file.symbols().find(|symbol| symbol.name() == Ok(IMAGE))?;
@@ -96,6 +104,7 @@ pub fn checksum(elf: &[u8]) -> Option<u32> {
 }
 
 /// Decodes a log to lines, each with its line end, or returns the reason why it cannot be decoded.
+#[must_use]
 pub fn decode(elf: &[u8], frames: &[u8]) -> String {
     match LogTable::parse(elf) {
         Ok(table) => table.lines(frames).into_iter().map(|line| line + "\n").collect(),

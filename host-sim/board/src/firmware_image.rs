@@ -59,23 +59,27 @@ impl FirmwareImage {
     }
 
     /// Functions in the order of their addresses.
+    #[must_use]
     pub fn functions(&self) -> &[Function] {
         &self.functions
     }
 
     /// The function that contains an address.
+    #[must_use]
     pub fn function_at(&self, address: u32) -> Option<&Function> {
         let at = self.functions.partition_point(|f| f.address <= address).checked_sub(1)?;
         self.functions.get(at).filter(|f| f.bytes == 0 || address - f.address < f.bytes)
     }
 
     /// The function with this path, if there is exactly one.
+    #[must_use]
     pub fn function_named(&self, name: &str) -> Option<&Function> {
         let mut named = self.functions.iter().filter(|f| f.name == name);
         named.next().filter(|_| named.next().is_none())
     }
 
     /// The halfword at an address, from the code sections.
+    #[must_use]
     pub fn halfword_at(&self, address: u32) -> Option<u16> {
         self.code.iter().find_map(|(start, bytes)| {
             let at = usize::try_from(address.checked_sub(*start)?).ok()?;

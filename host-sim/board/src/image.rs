@@ -10,6 +10,9 @@ use palpate_tissue::scene::Scene;
 const LARGE: &str = "m7-480.patch";
 
 /// Finds the repository that contains the working folder.
+///
+/// # Errors
+/// Fails with [`EmulateError::NoRepository`] if the working folder is not in the repository.
 pub fn repository() -> Result<PathBuf, EmulateError> {
     let here = std::env::current_dir().map_err(|_| EmulateError::NoRepository)?;
     let is_root = |path: &&Path| path.join("firmware/Cargo.toml").is_file() && path.join("memory.x").is_file();
@@ -17,11 +20,17 @@ pub fn repository() -> Result<PathBuf, EmulateError> {
 }
 
 /// Builds the image with `cargo fw` in the repository that contains the working folder.
+///
+/// # Errors
+/// There is no repository or no cargo, or the firmware does not compile.
 pub fn build() -> Result<PathBuf, EmulateError> {
     build_with(None)
 }
 
 /// Builds the image as [`build`] does; a patch that is given replaces the one in its flash.
+///
+/// # Errors
+/// Errors of [`build`].
 pub fn build_with(patch: Option<&Path>) -> Result<PathBuf, EmulateError> {
     let root = repository()?;
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
@@ -51,6 +60,9 @@ pub fn build_with(patch: Option<&Path>) -> Result<PathBuf, EmulateError> {
 }
 
 /// Finds the image to run: the one given, or else a newly built one.
+///
+/// # Errors
+/// Errors of [`build`], or no file at the given path.
 pub fn find(given: Option<&Path>) -> Result<PathBuf, EmulateError> {
     match given {
         Some(path) if path.is_file() => Ok(path.into()),
@@ -60,6 +72,9 @@ pub fn find(given: Option<&Path>) -> Result<PathBuf, EmulateError> {
 }
 
 /// Finds the patch that represents a scene on a board: the scene's own, or a shipped one.
+///
+/// # Errors
+/// There is no such patch, or no repository that contains it.
 pub fn patch_for(scene: &Scene) -> Result<PathBuf, EmulateError> {
     if let Some(path) = &scene.solver.patch {
         return Ok(path.clone());
@@ -75,6 +90,7 @@ pub fn patch_for(scene: &Scene) -> Result<PathBuf, EmulateError> {
 }
 
 /// The board for which a patch is made, by the name of its file.
+#[must_use]
 pub fn machine_for(patch: &Path) -> EmulatedBoard {
     if patch.file_name().is_some_and(|name| name.to_string_lossy().ends_with(LARGE)) {
         EmulatedBoard::M7

@@ -48,6 +48,9 @@ pub struct InLoop {
 
 impl InLoop {
     /// Packs the tissue for the board.
+    ///
+    /// # Errors
+    /// The patch is not stable with any number of substeps.
     pub fn new(image: PathBuf, machine: EmulatedBoard, tissue: &Prepared) -> Result<Self, EmulateError> {
         let stable = StableStep::measure(&tissue.patch.wide_model(), &tissue.params, tissue.patch.site_m())?;
         let stable = stable.ok_or(EmulateError::Refused(Refusal::PatchStep))?;
@@ -60,6 +63,7 @@ impl InLoop {
 
     /// Whether the board cannot follow this stimulus: no message of the link changes the far field,
     /// which is part of the mesh.
+    #[must_use]
     pub fn cannot_follow(&self, stimulus: &Stimulus) -> bool {
         self.has_far_field && stimulus.swaps_the_far_field()
     }
@@ -67,6 +71,9 @@ impl InLoop {
     /// Runs the setup without a board, on this machine's controller alone, but in the device's
     /// frame as on the board. (`palpate loop` runs in the organ's frame, where readings are
     /// quantised and rounded differently.)
+    ///
+    /// # Errors
+    /// Inputs that the core refuses.
     pub fn desktop(&self, setup: &Setup) -> Result<Run, EmulateError> {
         let mut memory = Box::new(Memory::RESERVED);
         Ok(run_beside(setup, &mut self.surface(&mut memory)?, &mut ())?)
@@ -83,6 +90,9 @@ impl InLoop {
 
     /// Runs the loop on a board that has just been started. Positions are in the device's frame,
     /// whose centre is the site.
+    ///
+    /// # Errors
+    /// [`EmulateError::Differs`] if board and desktop differ.
     pub fn run(&self, setup: &Setup) -> Result<Run, EmulateError> {
         let mut memory = Box::new(Memory::RESERVED);
         let mut here = self.surface(&mut memory)?;

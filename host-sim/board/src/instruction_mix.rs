@@ -55,6 +55,7 @@ const fn cycles(class: Class) -> f64 {
 }
 
 /// Cycles of an instruction by the same tables, without and with a jump.
+#[must_use]
 pub fn cycles_of(Instruction { class, words, .. }: Instruction) -> [f64; 2] {
     let straight = cycles(class) + f64::from(words);
     [straight, straight + REFILL]
@@ -88,16 +89,19 @@ pub struct Cost {
 
 impl Cost {
     /// Instructions of one class.
+    #[must_use]
     pub const fn count(&self, class: Class) -> u64 {
         self.counts[class as usize]
     }
 
     /// Number of instructions of all classes.
+    #[must_use]
     pub fn instructions(&self) -> u64 {
         self.counts.iter().sum()
     }
 
     /// Estimated Cortex-M4F cycles, as described at the top of this module.
+    #[must_use]
     pub fn cycles(&self) -> f64 {
         let own: f64 = ALL.iter().map(|class| self.count(*class) as f64 * cycles(*class)).sum();
         own + self.words as f64 + self.jumps as f64 * REFILL
@@ -128,6 +132,7 @@ impl InstructionMix {
     }
 
     /// Sum over all functions.
+    #[must_use]
     pub fn total(&self) -> Cost {
         let mut total = Cost::default();
         self.by_address.values().for_each(|cost| total.add(cost));

@@ -31,6 +31,9 @@ const LONGEST_UPLOAD: usize = 4 * palpate_controller::link::upload::UPLOAD_WORDS
 const START_UP: [Ask; 2] = [Ask::Booted, Ask::TestPassed];
 
 /// Repeats a trace on an emulated board, and builds an image if none is given.
+///
+/// # Errors
+/// A trace that the board cannot repeat, or a tick in which board and desktop differ.
 pub fn replay(trace: &Trace, given: Option<&Path>, machine: EmulatedBoard) -> Result<Replayed, EmulateError> {
     let (patch, params) = packed(trace)?;
     let (_folder, image, upload) = match given {
@@ -114,6 +117,9 @@ fn packed(trace: &Trace) -> Result<(Vec<u8>, Params), EmulateError> {
 
 /// Opens a patch as a board does, so that an unsuitable patch is refused here with a reason, and
 /// not by a board that then stays idle.
+///
+/// # Errors
+/// Returns the reason for which a board would refuse the patch.
 pub fn fits(packed: &[u8]) -> Result<(), BuildError> {
     let words = aligned(packed);
     let mut memory = Box::new(palpate_controller::patch::Memory::RESERVED);

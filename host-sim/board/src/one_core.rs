@@ -11,6 +11,7 @@ pub struct OneCore {
 
 impl OneCore {
     /// Keeps this thread on its core from now on; does nothing on a system without this function.
+    #[must_use]
     pub fn stay() -> Self {
         #[cfg(target_os = "linux")]
         {

@@ -13,6 +13,7 @@ const SECTION: &str = ".palpate_record";
 /// The record of the patch with checksum `patch`, from the file of the image that a board runs,
 /// whose checksum the board reports as `image`. `None` if the file is another image, or has no
 /// record of this patch.
+#[must_use]
 pub fn of_board(path: &Path, image: u32, patch: u32) -> Option<FitRecord> {
     let elf = std::fs::read(path).ok()?;
     if checksum(&elf) != Some(image) {

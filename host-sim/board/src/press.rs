@@ -22,11 +22,15 @@ use palpate_tissue::session::Session;
 pub const CYCLES_PER_INSTRUCTION: f64 = 1.45;
 
 /// Estimated time of this many instructions [us].
+#[must_use]
 pub fn estimated_us(instructions: u64, machine: EmulatedBoard) -> f32 {
     (instructions as f64 * CYCLES_PER_INSTRUCTION / machine.clock_hz() * 1e6) as f32
 }
 
 /// Runs a scene on a twin, which is armed `clear_m` above the surface.
+///
+/// # Errors
+/// The board has crashed.
 pub fn run(
     scene: &Scene,
     session: &Session,

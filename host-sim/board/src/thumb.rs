@@ -59,12 +59,14 @@ impl Instruction {
 }
 
 /// Whether a first halfword begins a 32-bit instruction (A5.1).
+#[must_use]
 pub const fn is_wide(first: u16) -> bool {
     first >> 11 >= 0b11101
 }
 
 /// Sorts the instruction in `first` and, if [`is_wide`], `second`. Returns `None` if the encoding
 /// is not in this table.
+#[must_use]
 pub fn classify(first: u16, second: u16) -> Option<Instruction> {
     if is_wide(first) {
         let instruction = if first & 0xEC00 == 0xEC00 { coprocessor(first, second) } else { wide(first, second) };

@@ -56,12 +56,16 @@ pub struct Timed {
 
 impl Timed {
     /// Periods without a tick that the loop did not count; there must be none.
+    #[must_use]
     pub fn uncounted(&self) -> Option<u64> {
         self.periods_without_tick.zip(self.missed_periods).map(|(seen, counted)| seen.abs_diff(counted))
     }
 }
 
 /// Runs an image for this many ticks.
+///
+/// # Errors
+/// There is no emulator, or the image does not end.
 pub fn run(image: &Path, machine: EmulatedBoard, shift: u32, ticks: u32) -> Result<Timed, EmulateError> {
     let Printed { text, frames } = printed(image, machine, shift, ticks)?;
     let number = |key| value(&text, key).and_then(|word| word.parse::<u64>().ok());
@@ -84,6 +88,9 @@ pub fn run(image: &Path, machine: EmulatedBoard, shift: u32, ticks: u32) -> Resu
 }
 
 /// Runs the image on slower and slower cores, up to ticks of some twenty periods.
+///
+/// # Errors
+/// Errors of [`run`].
 pub fn overruns(image: &Path, machine: EmulatedBoard) -> Result<Vec<Timed>, EmulateError> {
     SLOW_SHIFTS.into_iter().map(|shift| run(image, machine, shift, SLOW_TICKS)).collect()
 }

@@ -28,6 +28,9 @@ const STEP_M: f32 = 0.23e-3;
 
 /// Mean number of cycles per instruction in the costliest tick of a tap, by the reference manual's
 /// table for the executed instructions.
+///
+/// # Errors
+/// The board crashed, or the image does not have the function.
 pub fn cycles_per_instruction(image: &Path, machine: EmulatedBoard, patch: &[u8]) -> Result<f64, EmulateError> {
     let folder = tempfile::tempdir()?;
     let log = folder.path().join("executed");
@@ -63,6 +66,7 @@ pub struct Spread {
 impl Spread {
     /// Summarises all ticks of a run. A tick with at most half the instructions of the longest did
     /// not run the patch.
+    #[must_use]
     pub fn of(instructions: &[u64]) -> Self {
         let max = instructions.iter().copied().max().unwrap_or(0);
         let mut with_patch: Vec<u64> = instructions.iter().copied().filter(|n| 2 * n > max).collect();
@@ -74,6 +78,7 @@ impl Spread {
 }
 
 /// Histogram of instructions per tick, ascending.
+#[must_use]
 pub fn histogram(instructions: &[u64]) -> Vec<[f64; 2]> {
     let mut counts = std::collections::BTreeMap::new();
     for n in instructions {

@@ -79,6 +79,7 @@ pub struct Reading {
 
 impl Reading {
     /// A new and good reading.
+    #[must_use]
     pub fn at(position_m: Vector3<f32>) -> Self {
         Self { position_m, good: true, fresh: true }
     }
@@ -86,6 +87,9 @@ impl Reading {
 
 impl<'a> Lockstep<'a> {
     /// Uploads a patch to a board that has just started, and opens the same patch here.
+    ///
+    /// # Errors
+    /// The board or this machine refuses the inputs.
     pub fn new(mut board: Board, patch: &'a [u8], memory: &'a mut Memory) -> Result<Self, EmulateError> {
         let controller = Controller::build(&Settings::safe(&Port::DESKTOP.limits()), Port::DESKTOP, Arming::OnRequest)?;
         let mut haptic = HapticLoop::new(DesktopBoard::default(), controller);
@@ -124,11 +128,13 @@ impl<'a> Lockstep<'a> {
     }
 
     /// The patch on this machine.
+    #[must_use]
     pub fn patch(&self) -> &Patch<'a> {
         &self.patch
     }
 
     /// The kind of board that is emulated.
+    #[must_use]
     pub fn machine(&self) -> EmulatedBoard {
         self.machine
     }
@@ -139,11 +145,15 @@ impl<'a> Lockstep<'a> {
     }
 
     /// Mode of the loop.
+    #[must_use]
     pub fn mode(&self) -> Mode {
         self.haptic.controller.mode()
     }
 
     /// Runs one tick on both, with or without a request.
+    ///
+    /// # Errors
+    /// The board has crashed.
     pub fn tick(&mut self, reading: Reading, ask: Option<HostAsk>) -> Result<Record, EmulateError> {
         if let Some(asked) = ask {
             self.ask(asked)?;
@@ -180,17 +190,26 @@ impl<'a> Lockstep<'a> {
     }
 
     /// Makes a request to the board and to its twin, before the next tick.
+    ///
+    /// # Errors
+    /// The board has crashed.
     pub fn ask(&mut self, asked: HostAsk) -> Result<(), EmulateError> {
         self.tell(&ToBoard::Ask(asked))
     }
 
     /// Makes the next tick find the actuators' supply too low, on the board and on its twin.
+    ///
+    /// # Errors
+    /// The board has crashed.
     pub fn supply_low(&mut self) -> Result<(), EmulateError> {
         self.tell(&ToBoard::SupplyLow)
     }
 
     /// Requests another Young's modulus of both under force: the packed one times this ratio, which
     /// is between half and two.
+    ///
+    /// # Errors
+    /// The board has crashed.
     pub fn modulus(&mut self, ratio: f32) -> Result<(), EmulateError> {
         self.tell(&ToBoard::YoungsModulus(ratio * self.packed_pa))
     }
@@ -205,6 +224,9 @@ impl<'a> Lockstep<'a> {
     }
 
     /// Keeps the tip at a position outside the tissue until the force is on at full gain.
+    ///
+    /// # Errors
+    /// The board has crashed, or does not reach full gain.
     pub fn arm(&mut self, outside_m: Vector3<f32>) -> Result<(), EmulateError> {
         for _ in 0..START_UP_TICKS {
             let ask = match self.mode() {
@@ -223,6 +245,9 @@ impl<'a> Lockstep<'a> {
 
     /// Hash of the board's state, after checking it against the one here, and the stack that was
     /// used [bytes].
+    ///
+    /// # Errors
+    /// The board has crashed.
     pub fn state_hash(&mut self) -> Result<(u64, u32), EmulateError> {
         self.board.send(&ToBoard::Report)?;
         let FromBoard::State { state_hash, stack_used_bytes, .. } = self.board.receive()? else {

@@ -88,6 +88,9 @@ pub struct Calibration {
 
 /// Fits the patch of a tissue to `targets`, with its far field attached if it has one. Rim springs
 /// are never unknowns, so that the rim springs of another organ can replace them.
+///
+/// # Errors
+/// See [`CalibrateError`].
 pub fn calibrate(
     tissue: &Tissue,
     material: &Material,

@@ -19,6 +19,7 @@ pub enum ForceMap {
 
 impl ForceMap {
     /// Root mean square of the relative errors of the map at the solved places (1).
+    #[must_use]
     pub fn misfit(&self) -> f64 {
         match self {
             Self::Block(_) => 0.0,
@@ -27,6 +28,7 @@ impl ForceMap {
     }
 
     /// The map as a reference for a fit and for its evaluation.
+    #[must_use]
     pub fn reference(&self) -> &dyn Reference {
         match self {
             Self::Block(map) => map,

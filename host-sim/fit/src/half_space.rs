@@ -34,12 +34,14 @@ pub(crate) struct Chain {
 
 impl HalfSpace {
     /// Share of the response to a step that remains `t_s` seconds later (1).
+    #[must_use]
     pub fn left(&self, t_s: f64) -> f64 {
         self.terms.iter().fold(1.0, |left, (share, time_s)| left - share * (1.0 - (-t_s / time_s).exp()))
     }
 
     /// Forces of the row [N] at the depths `depths_m`, which are `dt_s` apart, for any motion from
     /// rest.
+    #[must_use]
     pub fn forces_n(&self, depths_m: &[f64], dt_s: f64) -> Vec<f64> {
         let deepest_m = depths_m.iter().copied().fold(0.0, f64::max);
         let dx_m = (self.radius_m * deepest_m).sqrt() / ELEMENTS as f64;
@@ -56,6 +58,7 @@ impl HalfSpace {
     }
 
     /// Hertz's force [N] at a depth, which is the instantaneous response of the half-space.
+    #[must_use]
     pub fn hertz_n(&self, depth_m: f64) -> f64 {
         4.0 / 3.0 * self.plane_modulus_pa * self.radius_m.sqrt() * depth_m.max(0.0).powf(1.5)
     }
@@ -63,12 +66,14 @@ impl HalfSpace {
     /// Lee and Radok's force [N] at the end of a motion without reversal. `elastic_n` are the
     /// forces of an elastic body during the motion, `dt_s` apart: Hertz's, or those of any other
     /// body.
+    #[must_use]
     pub fn loaded_n(&self, elastic_n: &[f64], dt_s: f64) -> f64 {
         self.history(elastic_n, dt_s, elastic_n.len())
     }
 
     /// Ting's force [N] at the end of a motion with one reversal. It takes the history up to the
     /// time at which the contact had the same radius during loading.
+    #[must_use]
     pub fn retreating_n(&self, elastic_n: &[f64], depths_m: &[f64], dt_s: f64) -> f64 {
         let mut relaxed_m = 0.0;
         let end = depths_m.len();
@@ -83,6 +88,7 @@ impl HalfSpace {
 
     /// Depth [m] at which the ball loses contact during unloading: the first at which the relaxed
     /// depth, `int G(t - s) d'(s) ds`, returns to zero. `None` if it never does.
+    #[must_use]
     pub fn lifts_off_m(&self, depths_m: &[f64], dt_s: f64) -> Option<f64> {
         let mut chain = Chain::new(self.terms.len());
         let mut loaded = false;

@@ -41,6 +41,7 @@ pub const HEMISPHERE: [Branch; MOST_BRANCHES] = [
 ];
 
 /// The branches of [`HEMISPHERE`] for another radius of a round tip [m].
+#[must_use]
 pub fn scaled_branches(radius_m: f64) -> [Branch; MOST_BRANCHES] {
     let ratio = radius_m / FITTED_RADIUS_M;
     let mut scaled = HEMISPHERE;
@@ -54,6 +55,7 @@ pub fn scaled_branches(radius_m: f64) -> [Branch; MOST_BRANCHES] {
 
 /// The rest shape of a block: tets from the site to the halves of the other five faces. Only the
 /// top can be touched.
+#[must_use]
 pub fn block_shape(size_m: [f64; 3], site_m: [f64; 3], depth_limit_m: f64) -> Tissue {
     let corner = |n: usize| {
         let side = |k: usize| if n >> k & 1 == 1 { 0.5 } else { -0.5 };
@@ -81,6 +83,9 @@ pub struct LawPresses<'a> {
 }
 
 /// Fits the law of a scene's site, with the rest shape and the direction of its press.
+///
+/// # Errors
+/// The presses lack places or depths, or a stored ramp cannot be read.
 pub fn fit(scene: &Scene, rest: &Tissue, axis: [f64; 3], presses: &LawPresses) -> Result<(Patch, Params), Error> {
     let params = scene.params(axis);
     let reach_m = presses.reach_radii * scene.probe.radius_m;
@@ -108,6 +113,7 @@ pub fn fit(scene: &Scene, rest: &Tissue, axis: [f64; 3], presses: &LawPresses) -
 
 /// The stored answer of the preset block, if it is that of the scene and deep enough: the presses
 /// that a law is fitted to and those that it does not see, and their depths [m].
+#[must_use]
 pub fn stored(scene: &Scene) -> Option<(Answer, Answer, Vec<f64>)> {
     let centred = scene.probe.position_m.unwrap_or_default() == [0.0; 2];
     let deep = crate::far_field::prepared::deepest_hold_m(scene).is_some_and(|m| m > FITTED_M[4]);

@@ -25,6 +25,7 @@ pub struct PartialSlip {
 
 impl PartialSlip {
     /// Length of a drag at which the whole contact slips [m]: `mu (E* / G*) d`.
+    #[must_use]
     pub fn slips_m(&self) -> f64 {
         let nu = self.poisson_ratio;
         self.friction * (2.0 - nu) / (2.0 * (1.0 - nu)) * self.depth_m
@@ -32,6 +33,7 @@ impl PartialSlip {
 
     /// Tangential force divided by mu N (1), after a drag of `over_slips` times the length
     /// [`slips_m`](Self::slips_m).
+    #[must_use]
     pub fn share(over_slips: f64) -> f64 {
         1.0 - (1.0 - over_slips.min(1.0)).powf(1.5)
     }
@@ -40,6 +42,7 @@ impl PartialSlip {
 /// Friction force of a sliding ball, divided by mu times the resultant of its normal forces (1).
 /// The depth is `depth` times the radius. Normal forces act along the local normal, and slip is
 /// along the local surface. Under Hertz's pressure the ratio is `1 + depth / 10` to first order.
+#[must_use]
 pub fn tilted(depth: f64) -> f64 {
     let (mut friction, mut push) = (0.0, 0.0);
     for n in 0..RADIAL {

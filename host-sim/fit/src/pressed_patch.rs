@@ -22,6 +22,9 @@ pub(crate) const NOT_BEGUN: Unbalanced = Unbalanced { depth_mm: 0.0, steps: 0 };
 
 impl PressedPatch {
     /// Brings a patch to rest under a probe that does not touch it yet.
+    ///
+    /// # Errors
+    /// Fails if the patch has no equilibrium.
     pub fn of(patch: &Patch, params: &Params) -> Result<Self, Unbalanced> {
         // places are pressed in parallel; a single factorisation is too small to be parallelised
         faer::set_global_parallelism(faer::Par::Seq);
@@ -34,6 +37,9 @@ impl PressedPatch {
 
     /// Presses at an offset from the site [m] to ascending depths [m]; returns the result of `of`
     /// for each depth and its equilibrium.
+    ///
+    /// # Errors
+    /// Fails if a press has no equilibrium.
     pub fn press<T>(
         &self,
         offset_m: Vector,
@@ -67,21 +73,25 @@ impl PressedPatch {
 }
 
 /// Relative error of a force [%].
+#[must_use]
 pub(crate) fn error_pct(found: f64, wanted: f64) -> f64 {
     100.0 * (found / wanted - 1.0)
 }
 
 /// Root mean square of the errors; zero for an empty list.
+#[must_use]
 pub(crate) fn rms(errors: &[f64]) -> f64 {
     (errors.iter().map(|e| e * e).sum::<f64>() / errors.len().max(1) as f64).sqrt()
 }
 
 /// The error with the largest magnitude, with its sign; zero for an empty list.
+#[must_use]
 pub(crate) fn worst(errors: &[f64]) -> f64 {
     errors.iter().copied().fold(0.0, larger)
 }
 
 /// The error with the larger magnitude, with its sign.
+#[must_use]
 pub(crate) fn larger(a: f64, b: f64) -> f64 {
     if b.abs() > a.abs() { b } else { a }
 }

@@ -42,6 +42,7 @@ pub struct Settled {
 impl<'a> SettledPatch<'a> {
     /// Takes the patch of a session, without friction and relaxation, which no static reference
     /// has.
+    #[must_use]
     pub fn of(session: &'a Session) -> Self {
         let Params { terms, node_damping_per_s, .. } = session.params;
         let terms = Terms { friction: false, relaxation: false, ..terms };
@@ -52,12 +53,18 @@ impl<'a> SettledPatch<'a> {
     /// Presses at an offset from the site [m] to ascending depths [m]. `None` stands for a press
     /// that faults, that the speed or the force limit disturbs, or that does not come to rest, and
     /// for all deeper ones.
+    ///
+    /// # Errors
+    /// Fails if the core rejects the model.
     pub fn press(&self, offset_m: Vector, depths_m: &[f64]) -> Result<Vec<Option<Settled>>, Error> {
         self.press_seen(offset_m, depths_m, |_, _, _| ())
     }
 
     /// Presses as [`Self::press`] does; `see` is called at the end of each hold with the number of
     /// its depth, the tip [m] and the state.
+    ///
+    /// # Errors
+    /// Fails if the core rejects the model.
     pub fn press_seen(
         &self,
         offset_m: Vector,

@@ -60,6 +60,7 @@ pub struct Solved {
 
 impl Solved {
     /// Opens the folder of answers beside a folder of results.
+    #[must_use]
     pub fn beside(out: &Path) -> Self {
         Self {
             folder: out.parent().unwrap_or_else(|| Path::new("")).join(FOLDER),
@@ -69,12 +70,14 @@ impl Solved {
     }
 
     /// Number of answers that were reused.
+    #[must_use]
     pub fn found(&self) -> usize {
         lines(&self.found).len()
     }
 
     /// Messages on the requests so far: answers that were reused, with the way to recompute them,
     /// and files that were rejected.
+    #[must_use]
     pub fn said(&self) -> Vec<String> {
         let mut said = lines(&self.refused);
         match &lines(&self.found)[..] {
@@ -91,6 +94,9 @@ impl Solved {
 
     /// Returns the answer of `count` numbers to a problem. If it is not stored, `solve` computes
     /// it, and it is stored.
+    ///
+    /// # Errors
+    /// Errors of `solve`. A failure to read or store an answer is not an error.
     pub fn answer<E>(&self, problem: &str, count: usize, solve: impl FnOnce() -> Result<Vec<f64>, E>) -> Result<Vec<f64>, E> {
         let problem = format!("elements {:016x}\n{problem}", elements());
         let file = self.folder.join(format!("{:016x}.txt", checksum(&problem)));
@@ -135,6 +141,7 @@ fn lines<T: Clone>(of: &Mutex<Vec<T>>) -> Vec<T> {
 }
 
 /// CRC-64/XZ checksum of the text of a problem, by which the answer's file is named.
+#[must_use]
 pub fn checksum(problem: &str) -> u64 {
     CRC.checksum(problem.as_bytes())
 }

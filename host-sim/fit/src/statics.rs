@@ -101,6 +101,9 @@ pub struct Statics {
 
 impl Statics {
     /// Converts a patch of the core.
+    ///
+    /// # Errors
+    /// See [`Params::build`].
     pub fn of(model: &Model, params: &Params) -> Result<Self, BuildError> {
         params.check()?;
         model.check()?;
@@ -153,11 +156,13 @@ impl Statics {
     }
 
     /// Number of free nodes.
+    #[must_use]
     pub fn free_nodes(&self) -> usize {
         self.free.iter().flatten().count()
     }
 
     /// Unit vector along the probe's axis, from the tip to the handle.
+    #[must_use]
     pub fn axis(&self) -> Vector {
         self.probe.axis.cast()
     }

@@ -60,6 +60,7 @@ const LAST_WORD: Duration = Duration::from_secs(3);
 
 impl App {
     /// Creates the window; `link` leads to a physics that was created with `choice` and `holding`.
+    #[must_use]
     pub fn new(ctx: &egui::Context, link: Box<dyn Link>, choice: Choice, holding: Holding) -> Self {
         dress(ctx);
         Self {
@@ -84,6 +85,7 @@ impl App {
     }
 
     /// Sets the folder for recordings, on a desktop.
+    #[must_use]
     pub fn into_folder(mut self, folder: PathBuf) -> Self {
         self.files = Files::of(folder);
         self
@@ -95,11 +97,13 @@ impl App {
     }
 
     /// The bytes of the last recording.
+    #[must_use]
     pub fn trace(&self) -> &[u8] {
         self.files.trace()
     }
 
     /// Returns the displayed state in numbers, as JSON, for scripts that drive the window.
+    #[must_use]
     pub fn numbers(&self) -> serde_json::Value {
         let frame = &self.frame;
         let moved_m = self.shape.moved_m(&frame.nodes_m).into_iter().fold(0.0, f32::max);

@@ -8,6 +8,7 @@ use crate::message::{Body, Tip};
 impl Body {
     /// Describes a tissue as the body with this number; `choice` is `None` if its patch came from a
     /// file.
+    #[must_use]
     pub fn of(tissue: &LiveTissue, number: u32, choice: Option<&Choice>) -> Self {
         let (model, params) = (tissue.patch().model(), tissue.params());
         Self {

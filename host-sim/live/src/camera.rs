@@ -35,6 +35,7 @@ pub struct Lens {
 
 impl Camera {
     /// Creates a camera that looks at the middle of a body of this size [m].
+    #[must_use]
     pub fn of(at_m: V, size_m: f32) -> Self {
         Self { at_m, turn: -0.65, height: 0.62, distance_m: 2.6 * size_m, size_m }
     }
@@ -56,6 +57,7 @@ impl Camera {
     }
 
     /// Projection into a rectangle of the screen.
+    #[must_use]
     pub fn lens(&self, rect: Rect) -> Lens {
         let (st, ct, sh, ch) = (self.turn.sin(), self.turn.cos(), self.height.sin(), self.height.cos());
         let back = V::new(ct * ch, st * ch, sh);
@@ -68,6 +70,7 @@ impl Camera {
 
 impl Lens {
     /// Pixel of a position, and its distance along the line of sight [m]; `None` behind the eye.
+    #[must_use]
     pub fn project(&self, at_m: &V) -> Option<(Pos2, f32)> {
         let from = at_m - self.eye_m;
         let far_m = from.dot(&self.forward);
@@ -80,23 +83,27 @@ impl Lens {
     }
 
     /// Unit direction through a pixel.
+    #[must_use]
     pub fn ray(&self, pixel: Pos2) -> V {
         let off = (pixel - self.rect.center()) / self.per_tangent;
         (self.forward + self.right * off.x - self.up * off.y).normalize()
     }
 
     /// Position of the eye [m].
+    #[must_use]
     pub fn eye_m(&self) -> V {
         self.eye_m
     }
 
     /// Direction of the light, which comes from over the eye's left shoulder.
+    #[must_use]
     pub fn light(&self) -> V {
         (-self.forward * 0.8 + self.up * 0.7 - self.right * 0.35).normalize()
     }
 
     /// Directions in which the arrow keys move the tip: right and up on the screen, in the plane
     /// perpendicular to `axis`.
+    #[must_use]
     pub fn along(&self, axis: &V) -> [V; 2] {
         let flat = |v: V| (v - axis * v.dot(axis)).try_normalize(1e-3);
         let right = flat(self.right).unwrap_or(self.right);

@@ -76,6 +76,7 @@ pub(crate) fn short(scene: &str) -> &str {
 
 impl Controls {
     /// Creates the controls with the choice that was sent to the physics.
+    #[must_use]
     pub fn new(choice: Choice, holding: Holding) -> Self {
         Self {
             inside: choice.inside,
@@ -122,6 +123,7 @@ impl Controls {
     }
 
     /// Nodules that are known to be inside, without one that is searched for.
+    #[must_use]
     pub fn nodules(&self) -> &[Nodule] {
         match &self.inside {
             Inside::Own => &self.own,
@@ -131,6 +133,7 @@ impl Controls {
     }
 
     /// Returns the state of the controls in numbers, as JSON.
+    #[must_use]
     pub fn numbers(&self) -> serde_json::Value {
         serde_json::json!({
             "stiffness_kpa": self.stiffness_kpa, "searching": self.exercise.is_some(),
@@ -141,6 +144,7 @@ impl Controls {
     }
 
     /// Returns the title: that of the running exercise, or else the short name of the scene.
+    #[must_use]
     pub fn title(&self) -> String {
         match &self.exercise {
             Some(_) => "Find the nodule".into(),
@@ -149,6 +153,7 @@ impl Controls {
     }
 
     /// Returns the sentence that tells the user what to do with a new body.
+    #[must_use]
     pub fn ready(&self) -> String {
         match &self.exercise {
             Some(_) => "A nodule is hidden in the plain block: press around, and Enter where it is stiffest.".into(),

@@ -22,6 +22,7 @@ pub struct DrawnBody {
 
 impl DrawnBody {
     /// Prepares a body for drawing.
+    #[must_use]
     pub fn of(body: Body) -> Self {
         let tets: Vec<[u32; 4]> = body.tets.iter().map(|t| t.map(u32::from)).collect();
         let boundary: Vec<[usize; 3]> = surface::surface(&tets).iter().map(|t| t.map(|n| n as usize)).collect();
@@ -34,6 +35,7 @@ impl DrawnBody {
     }
 
     /// Middle [m] and longest side [m] of the body.
+    #[must_use]
     pub fn extent_m(&self) -> (V, f32) {
         let all = || self.body.rest_m.iter().map(|x| V::from(*x));
         let Some(first) = all().next() else { return (V::zeros(), 0.1) };
@@ -42,18 +44,21 @@ impl DrawnBody {
     }
 
     /// Area normals of the boundary [m^2]; their length is twice the area.
+    #[must_use]
     pub fn normals(&self, nodes_m: &[V]) -> Vec<V> {
         self.boundary.iter().map(|&[a, b, c]| (nodes_m[b] - nodes_m[a]).cross(&(nodes_m[c] - nodes_m[a]))).collect()
     }
 
     /// Normal at a node of a triangle with normal `own`: smooth where the surface is, but not
     /// across a sharp edge.
+    #[must_use]
     pub fn normal(&self, node: usize, own: &V, normals: &[V]) -> V {
         let near = self.around[node].iter().map(|f| normals[*f]).filter(|n| n.dot(own) > 0.7 * n.norm());
         near.sum::<V>().try_normalize(0.0).unwrap_or(*own)
     }
 
     /// Volume of each node's tets over their volume at rest (1).
+    #[must_use]
     pub fn j(&self, nodes_m: &[[f32; 3]]) -> Vec<f32> {
         let (mut now, mut rest) = (vec![0.0; nodes_m.len()], vec![0.0; nodes_m.len()]);
         for (tet, rest_m3) in self.body.tets.iter().zip(&self.six_volumes_m3) {
@@ -68,6 +73,7 @@ impl DrawnBody {
     }
 
     /// Mean pressure on the skin around each node [Pa]; zero without a contact map.
+    #[must_use]
     pub fn pressure_pa(&self, frame: &Frame) -> Vec<f32> {
         let mut sums = vec![(0.0, 0.0); self.body.rest_m.len()];
         let pressures = frame.map.iter().flat_map(|map| &map.pressure_pa);
@@ -82,11 +88,13 @@ impl DrawnBody {
     }
 
     /// Distance of each node from its position at rest [m].
+    #[must_use]
     pub fn moved_m(&self, nodes_m: &[[f32; 3]]) -> Vec<f32> {
         nodes_m.iter().zip(&self.body.rest_m).map(|(x, rest)| (V::from(*x) - V::from(*rest)).norm()).collect()
     }
 
     /// Point at which a ray first meets the skin at rest, on the side of the probe [m].
+    #[must_use]
     pub fn meets(&self, from_m: &V, ray: &V) -> Option<V> {
         let axis = V::from(self.body.axis);
         let at = |n: u16| self.body.rest_m.get(usize::from(n)).map(|x| V::from(*x));

@@ -26,6 +26,7 @@ type Arrived = Arc<Mutex<Vec<(String, Vec<u8>)>>>;
 
 impl Files {
     /// Keeps files in a folder of a desktop's disk.
+    #[must_use]
     pub fn of(folder: PathBuf) -> Self {
         Self { folder, ..Self::default() }
     }
@@ -57,11 +58,13 @@ impl Files {
     }
 
     /// Bytes of the recorded trace.
+    #[must_use]
     pub fn trace(&self) -> &[u8] {
         self.trace.as_deref().unwrap_or_default()
     }
 
     /// Whether there is a recorded trace.
+    #[must_use]
     pub fn has_trace(&self) -> bool {
         self.trace.is_some()
     }

@@ -33,6 +33,7 @@ pub mod thread {
 
     impl Thread {
         /// Starts the physics. A scene that cannot be used is reported as an answer.
+        #[must_use]
         pub fn start(choice: Choice, holding: Holding) -> Self {
             let (requests, asked) = channel();
             let (answering, answers) = channel();

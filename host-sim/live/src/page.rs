@@ -52,6 +52,9 @@ fn first() -> (Choice, Holding) {
 }
 
 /// Draws into a canvas; `worker` computes the physics.
+///
+/// # Errors
+/// The browser has no WebGL.
 #[wasm_bindgen]
 pub async fn draw(canvas: web_sys::HtmlCanvasElement, worker: web_sys::Worker) -> Result<(), JsValue> {
     let link = Worker::of(worker);
@@ -69,6 +72,7 @@ thread_local! {
 
 /// Displayed state in numbers, as JSON, for tests and for the console.
 #[wasm_bindgen]
+#[must_use]
 pub fn shown() -> String {
     RUNNER.with(|kept| {
         let runner = kept.borrow();
@@ -79,6 +83,7 @@ pub fn shown() -> String {
 
 /// The bytes of the last recording; empty if there is none.
 #[wasm_bindgen]
+#[must_use]
 pub fn trace() -> Vec<u8> {
     RUNNER.with(|kept| {
         let runner = kept.borrow();
@@ -98,6 +103,9 @@ pub struct PagePhysics {
 impl PagePhysics {
     /// Creates the physics. `post` is called with the bytes of every answer; `now_s` is real time
     /// [s].
+    ///
+    /// # Errors
+    /// The scene does not fit.
     #[wasm_bindgen(constructor)]
     pub fn new(post: js_sys::Function, now_s: f64) -> Result<PagePhysics, JsValue> {
         let (choice, holding) = first();

@@ -46,6 +46,9 @@ struct Second {
 
 impl Physics {
     /// Creates a loop that is about to arm.
+    ///
+    /// # Errors
+    /// A scene that does not fit.
     pub fn new(choice: &Choice, holding: &Holding, now_s: f64) -> Result<Self, Error> {
         let live = Live::new(choice, holding)?;
         let mut physics = Self {
@@ -72,6 +75,7 @@ impl Physics {
     }
 
     /// Returns the body to draw.
+    #[must_use]
     pub fn body(&self) -> Answer {
         Answer::Body(Box::new(Body::of(self.live.tissue(), self.body, Some(self.live.choice()))))
     }

@@ -62,6 +62,7 @@ impl Pointer {
     }
 
     /// Position of the pointer on the surface [m].
+    #[must_use]
     pub fn place_m(&self) -> V {
         self.place_m
     }

@@ -45,6 +45,7 @@ const TISSUE: [f32; 3] = [0.84, 0.60, 0.55];
 const SCALE: [[f32; 3]; 5] = [TISSUE, [0.93, 0.76, 0.42], [0.45, 0.75, 0.55], [0.16, 0.52, 0.66], [0.16, 0.20, 0.52]];
 
 /// Colour at a share of the scale, with components 0 .. 1.
+#[must_use]
 pub fn scale(share: f32) -> [f32; 3] {
     let at = share.clamp(0.0, 1.0) * (SCALE.len() - 1) as f32;
     let low = (at as usize).min(SCALE.len() - 2);
@@ -53,6 +54,7 @@ pub fn scale(share: f32) -> [f32; 3] {
 }
 
 /// Converts a colour with components 0 .. 1 to one for a screen.
+#[must_use]
 pub fn screen([r, g, b]: [f32; 3]) -> Color32 {
     let byte = |c: f32| (c.clamp(0.0, 1.0) * 255.0) as u8;
     Color32::from_rgb(byte(r), byte(g), byte(b))

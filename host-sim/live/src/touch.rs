@@ -80,6 +80,7 @@ impl Touch {
     }
 
     /// Returns the displayed touch in numbers, as JSON.
+    #[must_use]
     pub fn numbers(&self) -> serde_json::Value {
         let last = self.points.last();
         serde_json::json!({

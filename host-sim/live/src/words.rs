@@ -6,6 +6,7 @@ use palpate::{ClampFlags, Fault, Vector3};
 use crate::message::Contact;
 
 /// Name of the mode with this number.
+#[must_use]
 pub fn mode(number: u8) -> &'static str {
     match Mode::ALL.get(usize::from(number)) {
         Some(Mode::Boot) => "starting",
@@ -21,16 +22,19 @@ pub fn mode(number: u8) -> &'static str {
 }
 
 /// Whether a force can act in this mode.
+#[must_use]
 pub fn felt(number: u8) -> bool {
     matches!(Mode::ALL.get(usize::from(number)), Some(Mode::Active | Mode::Degraded | Mode::SafeRamp))
 }
 
 /// Description of the fault with this number; `None` for 0.
+#[must_use]
 pub fn fault(number: u8) -> Option<String> {
     Fault::ALL.into_iter().find(|f| *f as u8 == number).map(|f| f.to_string())
 }
 
 /// Returns the names of the limiters that acted.
+#[must_use]
 pub fn limiters(bits: u8) -> Vec<&'static str> {
     [
         (ClampFlags::SPEED, "speed held back"),
@@ -49,6 +53,7 @@ pub fn limiters(bits: u8) -> Vec<&'static str> {
 }
 
 /// Says how a tissue differs from an elastic one under a probe that slides freely.
+#[must_use]
 pub fn terms(lasting_share: f32, stiffening_b: f32, friction: f32) -> String {
     let said = [
         (lasting_share < 1.0).then(|| format!("a hold fades to {:.0} %", lasting_share * 100.0)),
@@ -60,6 +65,7 @@ pub fn terms(lasting_share: f32, stiffening_b: f32, friction: f32) -> String {
 }
 
 /// Names the nodules of a scene.
+#[must_use]
 pub fn own_nodules(count: usize) -> String {
     match count {
         1 => "the scene's own nodule".into(),
@@ -68,6 +74,7 @@ pub fn own_nodules(count: usize) -> String {
 }
 
 /// Describes a contact map in one line.
+#[must_use]
 pub fn contact(map: Option<&Contact>) -> String {
     let Some(map) = map.filter(|map| map.area_m2 > 0.0) else { return "no contact".into() };
     let [a, b] = map.half_axes_m.map(|axis| Vector3::from(axis).norm() * 1e3);

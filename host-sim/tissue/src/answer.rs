@@ -89,11 +89,15 @@ impl Answer {
     ///
     /// # Panics
     /// Never in a released program: the tests read the shipped file.
+    #[must_use]
     pub fn block() -> Self {
         serde_json::from_str(BLOCK).expect("the shipped answer is well-formed")
     }
 
     /// Reads an answer file and checks its values.
+    ///
+    /// # Errors
+    /// The file cannot be read, or it is not a valid answer.
     pub fn load(path: &Path) -> Result<Self, Error> {
         let text = std::fs::read_to_string(path).map_err(|source| Error::Read { path: path.into(), source })?;
         let refuse = |cause: String| Error::Usage(format!("{}: {cause}: write it anew with palpate fit", path.display()));
@@ -119,6 +123,9 @@ impl Answer {
     }
 
     /// Writes the answer to the file `name` in a folder; equal answers give equal bytes.
+    ///
+    /// # Errors
+    /// The file cannot be written.
     pub fn save(&self, folder: &OutputFolder, name: &str) -> Result<(), Error> {
         let mut text =
             serde_json::to_string(self).map_err(|cause| Error::Usage(format!("{name}: {cause}: check the scene's numbers")))?;
@@ -130,6 +137,7 @@ impl Answer {
 
     /// Whether the answer is for a scene's tissue and probe, whatever the modulus, place and depth.
     /// No answer is for a scene with gravity.
+    #[must_use]
     pub fn is_for(&self, scene: &Scene) -> bool {
         let (own, tissue) = (&self.tissue, &scene.tissue);
         own.block_m == tissue.block_m
@@ -142,6 +150,7 @@ impl Answer {
     }
 
     /// The hold at a place and depth, if it was solved.
+    #[must_use]
     pub fn hold(&self, place_m: [f64; 3], depth_m: f64) -> Option<&HoldAnswer> {
         let same = |a: f64, b: f64| (a - b).abs() < SAME_M;
         self.holds.iter().find(|h| same(h.depth_m, depth_m) && (0..3).all(|k| same(h.place_m[k], place_m[k])))

@@ -190,6 +190,7 @@ pub struct Counts {
 
 impl Counts {
     /// Counts the items of a model, with `touched` triangles under the probe.
+    #[must_use]
     pub fn of(model: &Model, touched: usize) -> Self {
         Self {
             nodes: model.nodes.len(),
@@ -204,6 +205,7 @@ impl Counts {
     }
 
     /// Memory for the state that a tick changes, on a board [bytes].
+    #[must_use]
     pub fn ram_bytes(&self) -> usize {
         NODE_BYTES * self.nodes + TRIANGLE_BYTES * self.triangles
     }
@@ -211,16 +213,19 @@ impl Counts {
 
 impl CostModel {
     /// The machine or chip with this name.
+    #[must_use]
     pub fn named(name: &str) -> Option<&'static Self> {
         MACHINES.iter().chain(&CHIPS).find(|m| m.name == name)
     }
 
     /// Whether the machine is a board, with limited memory.
+    #[must_use]
     pub fn is_board(&self) -> bool {
         self.room.is_some()
     }
 
     /// The parameters with the variants of masses and contact that this machine runs.
+    #[must_use]
     pub fn adapt(&self, params: &Params) -> Params {
         let relative_mass = params.terms.relative_mass && self.relative_mass;
         let smooth_mass = params.terms.smooth_mass || params.terms.relative_mass && !self.relative_mass;
@@ -229,24 +234,28 @@ impl CostModel {
     }
 
     /// Cost of rim springs in a substep, for this many rim nodes and rim edges.
+    #[must_use]
     pub fn rim(&self, nodes: usize, edges: usize) -> f64 {
         nodes as f64 * self.rim_node + edges as f64 * self.rim_edge
     }
 
     /// Cost of a tick with `touched` triangles under the probe, for tissue that neither relaxes nor
     /// stiffens and a probe without friction.
+    #[must_use]
     pub fn cost(&self, model: &Model, touched: usize, substeps: u16) -> Cost {
         self.cost_with(model, &Params::default(), touched, substeps)
     }
 
     /// Cost of a tick for the tissue and the probe of `params`, with the mass floor of this
     /// machine.
+    #[must_use]
     pub fn cost_with(&self, model: &Model, params: &Params, touched: usize, substeps: u16) -> Cost {
         let terms = Terms { relative_mass: self.relative_mass, smooth_mass: !self.relative_mass, ..Terms::ALL };
         self.cost_of(&Counts::of(model, touched), &Params { terms, ..*params }, substeps)
     }
 
     /// Cost of a tick from the counts of a patch, with only the terms that `params` has on.
+    #[must_use]
     pub fn cost_of(&self, counts: &Counts, params: &Params, substeps: u16) -> Cost {
         let terms = params.terms;
         let of = |count: usize, each: f64| count as f64 * each;
@@ -288,6 +297,7 @@ impl CostModel {
     }
 
     /// Whether the state and a patch file of `patch_bytes` fit into the memory.
+    #[must_use]
     pub fn has_room(&self, counts: &Counts, patch_bytes: usize) -> bool {
         self.room.is_none_or(|room| {
             counts.nodes <= room.nodes && counts.triangles <= room.triangles && patch_bytes <= room.flash_bytes
@@ -295,6 +305,7 @@ impl CostModel {
     }
 
     /// Budget of a tick on this machine, in its units.
+    #[must_use]
     pub fn budget(&self) -> f64 {
         self.load * self.per_ms
     }
@@ -302,6 +313,7 @@ impl CostModel {
 
 /// Number of surface triangles with a corner within `radius_m` of `site_m` at rest: those that a
 /// probe of this radius can touch when it is pressed there to the patch's depth limit.
+#[must_use]
 pub fn triangles_in_reach(model: &Model, site_m: [f32; 3], radius_m: f32) -> usize {
     let near = |n: u16| {
         let x = model.nodes.get(usize::from(n)).map_or([f32::INFINITY; 3], |n| n.rest_m);

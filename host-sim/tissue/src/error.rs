@@ -63,6 +63,7 @@ pub enum Error {
 
 impl Error {
     /// Exit code of the program: 1 if a check failed, 2 on bad input.
+    #[must_use]
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Check(_) => 1,

@@ -67,6 +67,7 @@ pub struct Finger {
 impl Finger {
     /// A finger that starts `clear_m` above the surface, makes every hold of the drive, returns and
     /// waits `settle_s`. `None` for a recorded trace, which needs no finger.
+    #[must_use]
     pub fn new(drive: &Drive, clear_m: f64, tick_s: f64, settle_s: f64) -> Option<Self> {
         let (kind, holds, ramp_m_per_s, hold_s) = match drive {
             Drive::Depth { holds_m, ramp_m_per_s, hold_s } => (Kind::Stiff, holds_m, *ramp_m_per_s, *hold_s),

@@ -86,6 +86,7 @@ const SAME: f64 = 1e-6;
 
 impl OrganRecord {
     /// The organ or mesh of a scene; `None` for a block.
+    #[must_use]
     pub fn of(scene: &Scene) -> Option<Self> {
         let tissue = &scene.tissue;
         let (name, mesh_crc32) = match (&tissue.mesh, &tissue.organ) {
@@ -104,6 +105,7 @@ impl OrganRecord {
 
     /// The key in which a scene with this organ differs from `fitted`, and the fitted value. A site
     /// differs beyond the judged disc around the fitted one [m].
+    #[must_use]
     pub fn first_difference(&self, fitted: &Self, disc_radius_m: f64) -> Option<(&'static str, String)> {
         let key = if self.mesh_crc32.is_some() { "tissue.mesh" } else { "tissue.organ" };
         if self.name != fitted.name {
@@ -160,6 +162,7 @@ pub struct Judged {
 
 impl Judged {
     /// Describes the errors in a sentence.
+    #[must_use]
     pub fn sentence(&self) -> String {
         let lost = match self.lost_presses {
             0 => String::new(),
@@ -234,6 +237,7 @@ pub struct Moving {
 
 impl FitRecord {
     /// Path of the record of a patch file.
+    #[must_use]
     pub fn path(patch: &Path) -> PathBuf {
         let mut name = OsString::from(patch);
         name.push(RECORD_SUFFIX);
@@ -241,6 +245,7 @@ impl FitRecord {
     }
 
     /// Describes the fit and its errors in a sentence, for a reader who has only the patch.
+    #[must_use]
     pub fn sentence(&self) -> String {
         format!(
             "calibrated to finite elements of scene {} at {} places: {}{}",
@@ -252,17 +257,22 @@ impl FitRecord {
     }
 
     /// Remark on a fit that was made with `--quick`, for its reader.
+    #[must_use]
     pub fn quickly(&self) -> &'static str {
         if self.quick { "; fitted with --quick, with fewer presses and rounds than without it" } else { "" }
     }
 
     /// Writes the record beside the patch file `name`.
+    ///
+    /// # Errors
+    /// The disk is full.
     pub fn write(&self, folder: &OutputFolder, name: &str) -> Result<(), Error> {
         folder.write_json(&format!("{name}{RECORD_SUFFIX}"), self)
     }
 
     /// Reads the record of a patch file; `None` if there is none, if it cannot be read, or if it
     /// belongs to another patch.
+    #[must_use]
     pub fn of_file(patch: &Path) -> Option<Self> {
         let record = Self::read(patch)?.ok()?;
         (checksum(&std::fs::read(patch).ok()?)? == record.patch_crc32).then_some(record)
@@ -271,6 +281,7 @@ impl FitRecord {
     /// Reason for which the record beside a patch file cannot be read; `None` if it can be read, or
     /// if there is none. Without its record a patch would press as one that was never fitted, and
     /// with inclusions that are not the scene's.
+    #[must_use]
     pub fn unreadable(patch: &Path) -> Option<serde_json::Error> {
         Self::read(patch)?.err()
     }
@@ -281,6 +292,7 @@ impl FitRecord {
 }
 
 /// Checksum stored in a patch file; `None` if the file is too short to have one.
+#[must_use]
 pub fn checksum(patch: &[u8]) -> Option<u32> {
     palpate::PatchFile::checksum(patch)
 }

@@ -3,6 +3,7 @@
 use palpate::{Model, State, Vector3};
 
 /// Smallest ratio of a tet's volume to its rest volume (1), and change of the total volume [%].
+#[must_use]
 pub fn volumes(model: &Model, state: &State) -> (f64, f64) {
     let (mut least, mut total, mut rest_total) = (f64::INFINITY, 0.0, 0.0);
     for tet in model.tets {
@@ -17,11 +18,13 @@ pub fn volumes(model: &Model, state: &State) -> (f64, f64) {
 }
 
 /// Displacement of every node from its rest position [m].
+#[must_use]
 pub fn displacements(model: &Model, state: &State) -> Vec<Vector3<f32>> {
     model.nodes.iter().zip(state.nodes()).map(|(rest, node)| node.position_m() - Vector3::from(rest.rest_m)).collect()
 }
 
 /// Largest displacement of a node from its rest position [m].
+#[must_use]
 pub fn largest_displacement_m(model: &Model, state: &State) -> f64 {
     displacements(model, state).iter().map(|u| f64::from(u.norm())).fold(0.0, f64::max)
 }

@@ -54,6 +54,7 @@ pub struct TetMesh {
 
 impl TetMesh {
     /// Volume of the mesh, the sum over its tets [m^3].
+    #[must_use]
     pub fn volume_m3(&self) -> f64 {
         self.tets.iter().map(|&tet| quality::six_volumes(quality::corners(&self.nodes_m, tet))).sum::<f64>() / 6.0
     }

@@ -34,6 +34,9 @@ pub const MEAN_EDGE: f64 = (6.0 + 8.0 * 0.866_025_403_784_438_6) / 14.0;
 /// `implicit_m` is negative. Every tet is positively oriented, the mesh is one piece, every node
 /// belongs to a tet, and all regions are 0. `name` is used in messages; `spacing_m` is that of the
 /// lattice.
+///
+/// # Errors
+/// Fails if the spacing is not positive, too coarse for the shape or too fine for memory.
 pub fn even_mesh(
     name: &str,
     implicit_m: &dyn Fn([f64; 3]) -> f64,
@@ -98,6 +101,9 @@ impl Organ {
     pub const ALL: [Self; 4] = [liver::LIVER, gallbladder::GALLBLADDER, abdomen::ABDOMEN, foot::FOOT];
 
     /// Finds the organ of this name.
+    ///
+    /// # Errors
+    /// There is no such organ; the message lists the known ones.
     pub fn named(name: &str) -> Result<Self, OrganError> {
         Self::ALL.into_iter().find(|o| o.name == name).ok_or_else(|| OrganError::Unknown {
             name: name.chars().take(40).collect::<String>().replace(char::is_control, "\u{fffd}"),
@@ -106,23 +112,27 @@ impl Organ {
     }
 
     /// Name of the organ in scenes.
+    #[must_use]
     pub fn name(&self) -> &'static str {
         self.name
     }
 
     /// Lowest and highest corner [m] of a box around the organ, some millimetres larger than the
     /// organ.
+    #[must_use]
     pub fn bounds_m(&self) -> [[f64; 3]; 2] {
         self.box_m
     }
 
     /// Regions of the organ; their ids run from 1 without gaps.
+    #[must_use]
     pub fn regions(&self) -> &'static [Region] {
         self.regions
     }
 
     /// Implicit function at a point [m]: negative inside, zero on the surface, and close to the
     /// signed distance near the surface.
+    #[must_use]
     pub fn implicit_m(&self, at_m: [f64; 3]) -> f64 {
         self.value(at_m.into())
     }
@@ -132,12 +142,14 @@ impl Organ {
     /// 30 mm in the abdomen, the depths of their layers. Deeper in the liver and the foot, at about
     /// equal distances from two sides, the nearest point may be taken on the wrong side, some
     /// millimetres further away.
+    #[must_use]
     pub fn distance_m(&self, at_m: [f64; 3]) -> f64 {
         self.distance(at_m.into())
     }
 
     /// Signed distance to the surface [m] in first order, negative inside, and the outward unit
     /// normal, at a point near the surface.
+    #[must_use]
     pub fn near_m(&self, at_m: [f64; 3]) -> (f64, [f64; 3]) {
         let slope = self.gradient(at_m.into());
         let steep = slope.norm();
@@ -145,27 +157,32 @@ impl Organ {
     }
 
     /// Outward unit normal at a point of the surface.
+    #[must_use]
     pub fn normal(&self, at_m: [f64; 3]) -> [f64; 3] {
         self.gradient(at_m.into()).normalize().into()
     }
 
     /// Id of the region at a point; for a point outside, that of the nearest layer.
+    #[must_use]
     pub fn region_at(&self, at_m: [f64; 3]) -> u32 {
         (self.region)(self, at_m.into())
     }
 
     /// Distance to the nearest bone [m], negative inside one; `None` for an organ without bones.
+    #[must_use]
     pub fn bone_m(&self, at_m: [f64; 3]) -> Option<f64> {
         self.bone.map(|bone| bone(at_m.into()))
     }
 
     /// Point of the surface nearest to a place [m]; as accurate as [`Self::distance_m`].
+    #[must_use]
     pub fn nearest_m(&self, at_m: [f64; 3]) -> [f64; 3] {
         self.foot(at_m.into()).0.into()
     }
 
     /// Point at which a ray first crosses the surface [m]; `None` if the ray misses the organ, or
     /// has no direction. Parts thinner than a four-thousandth of the ray's length may be missed.
+    #[must_use]
     pub fn surface_point(&self, from_m: [f64; 3], direction: [f64; 3]) -> Option<[f64; 3]> {
         self.crossing(from_m.into(), direction.into()).map(Into::into)
     }
@@ -173,6 +190,10 @@ impl Organ {
     /// Meshes the organ. Every tet is positively oriented, the surface is one closed sphere in
     /// topology, every node belongs to a tet, and each tet has the region at its centroid. The mesh
     /// is the same on every machine.
+    ///
+    /// # Errors
+    /// A size that is out of range, a spacing too coarse for the shape or too fine for memory, or a
+    /// number of tets that no spacing gives.
     pub fn mesh(&self, spec: &Spec) -> Result<TetMesh, OrganError> {
         let mut mesh = match *spec {
             Spec::Spacing(spacing_m) => self.uniform(spacing_m)?,

@@ -68,12 +68,18 @@ impl OutputFolder {
     /// Locks the folder, cleans up after a killed run, and begins an empty draft. [`Self::publish`]
     /// replaces the earlier result. Patch files of earlier runs are kept, and so are files that
     /// palpate did not write.
+    ///
+    /// # Errors
+    /// The folder cannot be written, is in use, or has files but no result of palpate.
     pub fn open(path: &Path) -> Result<Self, Error> {
         Self::begin(path, Mode::Replace)
     }
 
     /// Opens a folder as [`Self::open`] does, but adds the files of this run to those in the
     /// folder: for commands whose files are each a result of their own, such as patches.
+    ///
+    /// # Errors
+    /// The folder cannot be written or is in use.
     pub fn add_to(path: &Path) -> Result<Self, Error> {
         Self::begin(path, Mode::Add)
     }
@@ -98,17 +104,23 @@ impl OutputFolder {
     }
 
     /// Stores the provenance of this run, which every summary then contains.
+    #[must_use]
     pub fn made_by(mut self, provenance: serde_json::Value) -> Self {
         self.provenance = Some(provenance);
         self
     }
 
     /// The folder in which this run's files are written until they are published.
+    #[must_use]
     pub fn draft(&self) -> &Path {
         self.place.draft()
     }
 
     /// Moves the result into place; returns the path of the folder as given on the command line.
+    ///
+    /// # Errors
+    /// The disk is full, or the folder changed during the run. The earlier result is then still
+    /// there.
     pub fn publish(self) -> Result<PathBuf, Error> {
         let refuse = |source| Error::Write { path: self.shown.clone(), source };
         match self.mode {
@@ -129,12 +141,18 @@ impl OutputFolder {
     }
 
     /// Writes a file of the result.
+    ///
+    /// # Errors
+    /// The disk is full, or the draft has been removed.
     pub fn write(&self, name: &str, bytes: &[u8]) -> Result<(), Error> {
         std::fs::write(self.draft().join(name), bytes).map_err(|source| Error::Write { path: self.shown.join(name), source })
     }
 
     /// Writes a note from which a later run can resume if this one is stopped. It is written
     /// completely or not at all, and is not part of the result.
+    ///
+    /// # Errors
+    /// The disk is full.
     pub fn write_note(&self, name: &str, note: &impl serde::Serialize) -> Result<(), Error> {
         let notes = self.place.notes();
         let refuse = |source| Error::Write { path: notes.join(name), source };
@@ -146,22 +164,32 @@ impl OutputFolder {
     }
 
     /// Reads the note that a stopped run left, if there is one.
+    #[must_use]
     pub fn read_note(&self, name: &str) -> Option<String> {
         std::fs::read_to_string(self.place.notes().join(name)).ok()
     }
 
     /// Writes a value as JSON.
+    ///
+    /// # Errors
+    /// Errors of [`Self::write`].
     pub fn write_json(&self, name: &str, value: &impl serde::Serialize) -> Result<(), Error> {
         self.write(name, json(name, value)?.as_bytes())
     }
 
     /// Writes `summary.json`: the fields of `summary`, and `provenance`, which says how they were
     /// made.
+    ///
+    /// # Errors
+    /// Errors of [`Self::write`].
     pub fn write_summary(&self, summary: &impl serde::Serialize) -> Result<(), Error> {
         self.write_json(SUMMARY, &Signed { summary, provenance: self.provenance.as_ref() })
     }
 
     /// Writes rows as CSV under a header.
+    ///
+    /// # Errors
+    /// Errors of [`Self::write`].
     pub fn write_csv<const COLUMNS: usize>(
         &self,
         name: &str,
@@ -174,6 +202,9 @@ impl OutputFolder {
 
     /// Writes rows of cells as CSV under a header; no cell may contain a comma, a quote or a line
     /// end.
+    ///
+    /// # Errors
+    /// Errors of [`Self::write`].
     pub fn write_table<const COLUMNS: usize>(
         &self,
         name: &str,
@@ -198,6 +229,7 @@ impl Drop for OutputFolder {
 }
 
 /// Whether a stopped run left notes beside its folder, from which the next run resumes.
+#[must_use]
 pub fn has_notes(path: &Path) -> bool {
     Place::of(path).is_ok_and(|(place, _)| place.notes().exists())
 }

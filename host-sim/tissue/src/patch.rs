@@ -43,6 +43,7 @@ pub struct Multipliers {
 
 impl Multipliers {
     /// Returns the product of two sets of factors.
+    #[must_use]
     pub fn times(&self, other: &Self) -> Self {
         let all = |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a * b).collect() };
         Self {
@@ -122,12 +123,14 @@ pub struct Patch {
 impl Patch {
     /// Builds the patch of a tissue. The mesh must have passed its check, which refuses more than
     /// 65 535 nodes.
+    #[must_use]
     pub fn build(tissue: &Tissue, material: &Material, multipliers: Option<&Multipliers>) -> Self {
         Self::build_joined(tissue, material, multipliers, &[])
     }
 
     /// Builds the patch of a tissue as [`Self::build`] does, with springs that join nodes of
     /// different organs. The two nodes of such a spring must not coincide.
+    #[must_use]
     pub fn build_joined(tissue: &Tissue, material: &Material, multipliers: Option<&Multipliers>, joints: &[Joint]) -> Self {
         let elastic = Elastic::of(tissue, material, multipliers, joints);
         let law = foundation::of(tissue, material, multipliers);
@@ -162,6 +165,7 @@ impl Patch {
 
     /// A law and the rest shape of a tissue, without anything that deforms. The mesh may be as
     /// coarse as its surface allows: it only says where the tissue is.
+    #[must_use]
     pub fn of_law(rest: &Tissue, poisson_ratio: f64, law: OwnLaw) -> Self {
         let material = Material { poisson_ratio, ..Material::default() };
         Self {
@@ -175,6 +179,7 @@ impl Patch {
     }
 
     /// Copies the patch out of a patch file.
+    #[must_use]
     pub fn of_file(file: &PatchFile) -> Self {
         let model = &file.model;
         let areas = model.triangles.iter().map(|t| {
@@ -209,6 +214,7 @@ impl Patch {
     }
 
     /// Mesh of the patch, with positions as they were rounded for the core.
+    #[must_use]
     pub fn mesh(&self) -> TetMesh {
         TetMesh {
             nodes_m: self.nodes.iter().map(|n| n.rest_m.map(f64::from)).collect(),
@@ -218,6 +224,7 @@ impl Patch {
     }
 
     /// The patch as the board runs it: springs in rows.
+    #[must_use]
     pub fn model(&self) -> Model<'_> {
         Model {
             poisson_ratio: self.poisson_ratio,
@@ -241,17 +248,20 @@ impl Patch {
 
     /// The patch as the desktop runs it: springs are scheduled so that neighbours in the list share
     /// no node. The forces are bit-identical.
+    #[must_use]
     pub fn wide_model(&self) -> Model<'_> {
         Model { spring_rows: &[], springs: &self.scheduled, ..self.model() }
     }
 
     /// Site of the press on the rest surface [m].
+    #[must_use]
     pub fn site_m(&self) -> Vector3<f32> {
         self.site_m.into()
     }
 
     /// Element size at the site [m]: the side of an equilateral triangle with the area of the
     /// surface triangle nearest to the site.
+    #[must_use]
     pub fn element_m(&self) -> f64 {
         self.element_m
     }
@@ -276,6 +286,7 @@ impl Patch {
 
     /// Returns the patch with balls of another stiffness inside: every constant is multiplied by
     /// the factor by which the balls change its formula.
+    #[must_use]
     pub fn with_inclusions(mut self, inclusions: &[Inclusion]) -> Self {
         if inclusions.is_empty() {
             return self;
@@ -322,6 +333,7 @@ impl Patch {
 
     /// The factors that turn the constants of `formula`, an uncalibrated patch on the same mesh,
     /// into those of this patch.
+    #[must_use]
     pub fn multipliers_over(&self, formula: &Self) -> Multipliers {
         // at nu = 1/4 the springs alone are the solid, and the volume terms are zero
         let ratio = |own: f32, of: f32| if of == 0.0 { 1.0 } else { f64::from(own) / f64::from(of) };
@@ -341,6 +353,7 @@ impl Patch {
     }
 
     /// Number of places at which the constants were fitted; 0 if they come from formulas alone.
+    #[must_use]
     pub fn fitted_places(&self) -> u32 {
         self.fitted_places
     }
@@ -376,6 +389,7 @@ impl Patch {
     }
 
     /// Bytes of a patch file with this patch and its parameters.
+    #[must_use]
     pub fn pack(&self, params: &Params, stable_dt_s: f32) -> Vec<u8> {
         let mut bytes = Vec::new();
         let file = PatchFile {
@@ -407,6 +421,7 @@ pub struct Memory {
 
 impl Memory {
     /// Allocates enough memory for a model.
+    #[must_use]
     pub fn for_model(model: &Model) -> Self {
         let (nodes, triangles) = (model.nodes.len(), model.triangles.len());
         Self {
@@ -421,6 +436,9 @@ impl Memory {
 
     /// Starts a patch at rest: returns its derived constants and its state, which borrow this
     /// memory.
+    ///
+    /// # Errors
+    /// Fails if [`Params::build`] rejects the parameters, the model or the memory.
     pub fn start(&mut self, model: &Model, params: &Params) -> Result<(Tuned<'_>, State<'_>), palpate::BuildError> {
         let tuned = params.build(model, &mut self.node_step)?;
         let mut state = State::new(model, &mut self.nodes, &mut self.candidates, &mut self.shapes)?;

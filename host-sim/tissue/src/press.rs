@@ -102,12 +102,18 @@ enum Tips {
 }
 
 /// Runs a scene; `progress` is called after every tick with the number of ticks so far.
+///
+/// # Errors
+/// A model or parameters that the core refuses to build.
 pub fn run(scene: &Scene, session: &Session, progress: impl FnMut(usize)) -> Result<Press, Error> {
     run_seen(scene, session, progress, |_, _, _, _| ())
 }
 
 /// Runs a scene as [`run`] does; `see` is called after every tick with the state and the tick's
 /// row.
+///
+/// # Errors
+/// Errors of [`run`].
 pub fn run_seen(
     scene: &Scene,
     session: &Session,
@@ -224,6 +230,7 @@ impl Press {
     }
 
     /// Tick times [us]: median, 99th percentile, largest.
+    #[must_use]
     pub fn tick_us(&self) -> [f32; 3] {
         let mut times: Vec<f32> = self.ticks.iter().map(|t| t.tick_us).collect();
         times.sort_by(f32::total_cmp);

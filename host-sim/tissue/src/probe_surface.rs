@@ -17,11 +17,13 @@ pub type Inside = (f64, Vector3<f64>, Matrix3<f64>);
 
 /// Position of the surface at a point of the mesh [m]: inside the probe the foundation is
 /// compressed, and its outer face lies on the probe.
+#[must_use]
 pub fn outer_face_m(probe: &Probe, tip_m: Vector3<f64>, point_m: Vector3<f64>) -> Vector3<f64> {
     inside(probe, point_m - tip_m).map_or(point_m, |(pen, out, _)| point_m + out * pen)
 }
 
 /// Penetration of a point at `at`, relative to the tip [m]; `None` outside the probe.
+#[must_use]
 pub fn inside(probe: &Probe, at: Vector3<f64>) -> Option<Inside> {
     let (axis, r): (Vector3<f64>, f64) = (probe.axis.cast(), f64::from(probe.radius_m));
     let above_tip = at.dot(&axis);

@@ -9,6 +9,10 @@ use crate::scene::{Drive, SceneError, TICK_S};
 const FARTHEST_M: f32 = 10.0;
 
 /// Reads the probe tips of a recorded run [m]; empty for a drive that is not a trace.
+///
+/// # Errors
+/// The file cannot be read, a column is missing, a number does not parse, or the rows are not one
+/// tick apart.
 pub fn read_tips(drive: &Drive) -> Result<Vec<[f32; 3]>, Error> {
     let Drive::Trace { trace, .. } = drive else { return Ok(Vec::new()) };
     let text = std::fs::read_to_string(trace).map_err(|source| Error::Read { path: trace.clone(), source })?;

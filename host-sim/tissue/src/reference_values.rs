@@ -10,6 +10,7 @@ const SAME: f64 = 1e-6;
 /// modulus: that of `palpate fit` beside the scene's patch, or the shipped one of the standard
 /// block pressed at the centre. Empty for any other scene, and if the tissue relaxes or stiffens or
 /// the probe has friction, since the answers are neo-Hookean and frictionless.
+#[must_use]
 pub fn of(scene: &Scene) -> Vec<(f64, f64)> {
     let elastic = scene.tissue.relaxation.is_empty() && scene.tissue.most_stiffening_b() == 0.0 && scene.probe.friction == 0.0;
     if !elastic || scene.probe.position_m.unwrap_or_default() != [0.0, 0.0] {
@@ -25,6 +26,7 @@ pub fn of(scene: &Scene) -> Vec<(f64, f64)> {
 }
 
 /// Force of the stored answer at a hold of a scene that is driven by depth [N].
+#[must_use]
 pub fn at(scene: &Scene, target_m: f64) -> Option<f64> {
     let of_depth = matches!(scene.drive, Drive::Depth { .. });
     let near = |depth: f64| of_depth && (depth - target_m).abs() < SAME * depth;

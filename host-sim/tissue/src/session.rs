@@ -84,12 +84,19 @@ pub struct Report {
 
 impl Session {
     /// Builds the patch of a scene and measures its stable step.
+    ///
+    /// # Errors
+    /// Fails if the input is invalid, or if the model is too slow for 1 kHz; the message gives the
+    /// numbers.
     pub fn prepare(scene: &Scene) -> Result<Self, Error> {
         Self::prepare_on(&MACHINES[0], scene)
     }
 
     /// Prepares a scene as [`Self::prepare`] does, with the variants of the model that `machine`
     /// runs.
+    ///
+    /// # Errors
+    /// Errors of [`Self::prepare`].
     pub fn prepare_on(machine: &CostModel, scene: &Scene) -> Result<Self, Error> {
         let tips_m = read_tips(&scene.drive)?;
         if let Some(path) = scene.solver.patch.as_deref().filter(|p| p.as_os_str() != NO_PATCH) {
@@ -128,6 +135,9 @@ impl Session {
     }
 
     /// Prepares a patch that was built elsewhere, with its parameters.
+    ///
+    /// # Errors
+    /// A model that is too slow for 1 kHz; the message gives the numbers.
     pub fn of_fitted(machine: &CostModel, patch: Patch, params: Params) -> Result<Self, Error> {
         Self::of_patch(machine, patch, params, Vec::new(), 0)
     }
@@ -189,6 +199,7 @@ impl Session {
     }
 
     /// Position of the tip for a depth along the press [m].
+    #[must_use]
     pub fn tip_m(&self, depth_m: f64) -> Vector3<f32> {
         self.patch.site_m() - self.params.probe.axis * depth_m as f32
     }

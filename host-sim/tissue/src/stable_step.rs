@@ -71,6 +71,7 @@ const SINK_SHARE: f64 = 0.16;
 
 /// The guard's limits that follow from the size of a patch's elements, whatever its stiffness: with
 /// floored masses, waves travel about one element per tick.
+#[must_use]
 pub fn limits(patch: &Patch, tick_s: f64) -> GuardLimits {
     let max_sink_m_per_s = GuardLimits::HIGHEST.max_sink_m_per_s.min((SINK_SHARE * patch.element_m() / tick_s) as f32);
     GuardLimits { max_sink_m_per_s, ..GuardLimits::HIGHEST }
@@ -79,6 +80,7 @@ pub fn limits(patch: &Patch, tick_s: f64) -> GuardLimits {
 /// Parameters for another tick, with masses, foundation and damping unchanged: a patch that is
 /// stable at a tick 15 % longer has a margin of 1.15 at its own tick. At a shorter tick the
 /// contact's damping is limited to 1, the most that a substep can apply.
+#[must_use]
 pub fn with_tick(params: &Params, tick_s: f32) -> Params {
     let longer = tick_s / params.tick_s;
     Params {
@@ -100,12 +102,16 @@ pub struct StableStep {
 
 impl StableStep {
     /// Number of substeps per tick that keeps a substep within `MARGIN` of the limit.
+    #[must_use]
     pub fn substeps(&self, tick_s: f64) -> f64 {
         (tick_s / (MARGIN * self.pressed_s)).ceil()
     }
 
     /// Measures the limits of a patch. Returns `None` if the patch does not survive the measuring
     /// press.
+    ///
+    /// # Errors
+    /// Fails if [`Params::build`] rejects the model or the parameters.
     pub fn measure(model: &Model, params: &Params, site_m: Vector3<f32>) -> Result<Option<Self>, BuildError> {
         if model.law.is_some() && params.terms.law {
             // a law has no step that could be unstable
@@ -140,6 +146,9 @@ impl StableStep {
 /// slowly, or a press beyond the patch's limits), the smallest number without a fault; `None` if
 /// every number has one. Tissue that stiffens must also survive fast taps
 /// ([`substeps_for_fast_taps`]).
+///
+/// # Errors
+/// Fails if [`Params::build`] rejects the model or the parameters.
 pub fn substeps_for_taps(model: &Model, params: &Params, site_m: Vector3<f32>, least: u16) -> Result<Option<u16>, BuildError> {
     let Some(least) = substeps_for_fast_taps(model, params, site_m, least)? else { return Ok(None) };
     let mut without_fault = None;
@@ -173,6 +182,9 @@ pub fn substeps_for_taps(model: &Model, params: &Params, site_m: Vector3<f32>, l
 /// half a probe radius of it, at the patch's own tick and at one 15 % longer with the same masses.
 /// `None` if no number up to twice `least` and a few more is enough. Tissue that does not stiffen
 /// gets `least`: no tap of 1 m/s diverges with it, from 1 to 100 kPa.
+///
+/// # Errors
+/// Fails if [`Params::build`] rejects the model or the parameters.
 pub fn substeps_for_fast_taps(
     model: &Model,
     params: &Params,

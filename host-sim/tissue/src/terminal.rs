@@ -19,6 +19,7 @@ pub fn out(text: Arguments<'_>) {
 }
 
 /// Whether output was lost, other than to a reader that went.
+#[must_use]
 pub fn lost() -> bool {
     LOST.load(Ordering::Relaxed)
 }

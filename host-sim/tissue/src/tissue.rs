@@ -43,12 +43,19 @@ pub struct Placed {
 }
 
 /// Meshes or imports the tissue of a scene.
+///
+/// # Errors
+/// A scene or a mesh file that the generator or the import refuses; a place or a press outside the
+/// tissue.
 pub fn place(scene: &Scene, tips_m: &[[f32; 3]]) -> Result<Placed, Error> {
     place_fine(scene, tips_m, 1.0)
 }
 
 /// Meshes or imports the tissue of a scene as [`place`] does, with a block's elements smallest
 /// within `fine_radii` probe radii of the site.
+///
+/// # Errors
+/// Errors of [`place`].
 pub fn place_fine(scene: &Scene, tips_m: &[[f32; 3]], fine_radii: f64) -> Result<Placed, Error> {
     // a region that the organ does not have is refused before anything is meshed
     Layout::of(scene)?;
@@ -245,6 +252,7 @@ pub(crate) fn samples(mesh: &TetMesh, tet: &[u32; 4]) -> impl Iterator<Item = [f
 }
 
 /// Number of tets that a ball fills or cuts, and the volume of the ball within them [m^3].
+#[must_use]
 pub fn filled(mesh: &TetMesh, ball: &Inclusion) -> (usize, f64) {
     let (mut tets, mut volume_m3) = (0, 0.0);
     for tet in &mesh.tets {

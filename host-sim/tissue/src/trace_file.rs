@@ -10,6 +10,9 @@ const COLUMNS: [&str; 10] =
 
 /// Writes a run. Each number is the shortest decimal that reads back as the same number, in single
 /// precision except for the time.
+///
+/// # Errors
+/// The folder cannot be written.
 pub fn write(folder: &OutputFolder, press: &Press) -> Result<(), Error> {
     let rows = press.ticks.iter().map(|t| {
         let (p, f) = (t.tip_m, t.output.force_n);

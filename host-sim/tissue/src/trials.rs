@@ -64,6 +64,7 @@ pub struct Expected {
 
 impl Expected {
     /// The bound, and the trial that it comes from, in words.
+    #[must_use]
     pub fn bound(&self) -> String {
         let [rms_pct, worst_pct] = self.measured_pct;
         format!(
@@ -139,6 +140,7 @@ fn growth(trials: &[Trial], error: impl Fn(&Trial) -> f64) -> f64 {
 }
 
 /// The trials that are shipped.
+#[must_use]
 pub fn shipped() -> Vec<Trial> {
     serde_json::from_str(TRIALS).unwrap_or_default()
 }
@@ -147,6 +149,7 @@ pub fn shipped() -> Vec<Trial> {
 /// fitted to another tip on the same tissue. It is the error of the nearest trial, grown with the
 /// distance from it. `None` if there is no trial of that kind; no trial
 /// has tissue that stiffens.
+#[must_use]
 pub fn expected(scene: &Scene, nodes: usize, fitted: Option<&FitRecord>) -> Option<Expected> {
     let (tissue, radius_m) = (&scene.tissue, scene.probe.radius_m);
     let deepest_m = match &scene.drive {

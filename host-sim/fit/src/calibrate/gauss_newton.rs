@@ -23,6 +23,9 @@ const FAIR: f64 = 0.3;
 const MOST_TRIES: usize = 6;
 
 /// Fits the unknowns; returns a record of every round, beginning with the uncalibrated patch.
+///
+/// # Errors
+/// Fails if the uncalibrated patch cannot be pressed.
 pub fn fit(
     objective: &mut Objective,
     settings: &Settings,

@@ -18,12 +18,14 @@ pub struct Measurement {
 
 impl Measurement {
     /// Root mean square of all force errors [%].
+    #[must_use]
     pub fn force_rms_pct(&self) -> f64 {
         let all: Vec<f64> = self.forces.iter().flatten().copied().collect();
         100.0 * (all.iter().map(|e| e * e).sum::<f64>() / all.len().max(1) as f64).sqrt()
     }
 
     /// Mean distance between the surface nodes and the reference [mm], averaged over the dents.
+    #[must_use]
     pub fn dent_mean_mm(&self) -> f64 {
         let mean = |d: &Vec<f64>| d.iter().sum::<f64>() / d.len().max(1) as f64;
         1e3 * self.dents_m.iter().map(mean).sum::<f64>() / self.dents_m.len().max(1) as f64

@@ -14,6 +14,7 @@ use crate::statics::{Balance, CLEAR_M, Solver, Statics, Unbalanced, Vector};
 const MOST_LOST: usize = 50;
 
 /// Whether so many of the presses have no force that a fit, or the verdict on it, says too little.
+#[must_use]
 pub fn too_many_lost(lost: usize, presses: usize) -> bool {
     MOST_LOST * lost > presses
 }
@@ -39,6 +40,7 @@ pub type Positions = Vec<Vec<Vec<Vector>>>;
 impl Sweep {
     /// Squared errors, in units of their tolerance, that are known in this sweep but lost in
     /// `other`.
+    #[must_use]
     pub fn known_here_alone(&self, other: &Self) -> f64 {
         other.lost.iter().filter_map(|&n| self.residuals.get(n)).map(|r| r * r).sum()
     }
@@ -71,6 +73,9 @@ struct PlaceSweep {
 
 impl<'a> Objective<'a> {
     /// Creates the objective; its unknowns are those of the uncalibrated patch.
+    ///
+    /// # Errors
+    /// Fails if the mesh is too large to be analysed.
     pub fn new(base: Statics, unknowns: Unknowns, targets: &'a Targets) -> Result<Self, Unbalanced> {
         // one factorisation per core; each of them is too small to be parallelised
         faer::set_global_parallelism(faer::Par::Seq);
@@ -81,32 +86,38 @@ impl<'a> Objective<'a> {
     }
 
     /// Returns the objective with the node positions from which its presses start.
+    #[must_use]
     pub fn starting_near(mut self, positions: Positions) -> Self {
         self.last = positions;
         self
     }
 
     /// Layout of the vector of unknowns.
+    #[must_use]
     pub fn unknowns(&self) -> &Unknowns {
         &self.unknowns
     }
 
     /// Model of the uncalibrated patch.
+    #[must_use]
     pub fn statics(&self) -> &Statics {
         &self.base
     }
 
     /// Unknowns that were accepted last.
+    #[must_use]
     pub fn place(&self) -> &[f64] {
         &self.z
     }
 
     /// Number of evaluations so far.
+    #[must_use]
     pub fn evaluations(&self) -> usize {
         self.evaluations
     }
 
     /// Number of presses that have no equilibrium at the accepted unknowns.
+    #[must_use]
     pub fn lost_presses(&self) -> usize {
         self.targets.presses() - self.last.iter().map(Vec::len).sum::<usize>()
     }
@@ -119,6 +130,9 @@ impl<'a> Objective<'a> {
 
     /// Computes the errors at `z`, and their derivatives if `with_slopes`. At most one press in
     /// fifty may have no equilibrium, and none at the centre.
+    ///
+    /// # Errors
+    /// Fails if more presses have no equilibrium.
     pub fn evaluate(&mut self, z: &[f64], with_slopes: bool) -> Result<(Sweep, Found), Unbalanced> {
         self.evaluations += 1;
         let statics = self.unknowns.apply(&self.base, z);
@@ -245,6 +259,7 @@ impl<'a> Objective<'a> {
     }
 
     /// Record of a round that ends with this evaluation.
+    #[must_use]
     pub fn round(&self, sweep: &Sweep, z: &[f64]) -> Round {
         let ridge = z.iter().map(|z| z * z).sum();
         sweep.measurement.round(self.evaluations, ridge, self.started.elapsed().as_secs_f64())

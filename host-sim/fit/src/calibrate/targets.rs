@@ -119,12 +119,14 @@ pub trait Reference: Sync {
 
 impl Targets {
     /// Total number of presses.
+    #[must_use]
     pub fn presses(&self) -> usize {
         self.places.iter().map(|place| place.forces.len()).sum()
     }
 
     /// The presses of `disc` within `disc_radii` probe radii, to all depths that the reference has,
     /// with dents at the nodes `surface`, if there are any.
+    #[must_use]
     pub fn over(
         reference: &(impl Reference + ?Sized),
         surface: &[(usize, Vector)],
@@ -159,6 +161,7 @@ impl Targets {
 
     /// Returns the targets with the glued discs of an answer, whose places are relative to the
     /// centre. A relative deviation of `tolerance` (1) counts as one unit of error.
+    #[must_use]
     pub fn with_glued(mut self, answers: &[GluedAnswer], tolerance: f64) -> Self {
         let target = |disc: &GluedAnswer| GluedTarget {
             place_m: self.centre_m + Vector::from(disc.place_m),
@@ -172,6 +175,7 @@ impl Targets {
     }
 
     /// Radius around the centre that contains all contacts [m].
+    #[must_use]
     pub fn reach_m(&self) -> f64 {
         (self.disc_radii + 1.0) * self.radius_m
     }

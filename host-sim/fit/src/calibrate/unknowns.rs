@@ -55,6 +55,7 @@ const TAU: usize = 6;
 impl Unknowns {
     /// Unknowns of a patch: every spring, every node, and the foundation points of triangles within
     /// `reach_m` of the site.
+    #[must_use]
     pub fn of(statics: &Statics, tissue: &Tissue, reach_m: f64) -> Self {
         let site = crate::statics::Vector::from(tissue.site_m);
         let near = |t: &crate::statics::StaticTriangle| {
@@ -75,6 +76,7 @@ impl Unknowns {
 
     /// Fixes all unknowns except those of nodes for which `near` is true and of springs that end at
     /// one of these nodes.
+    #[must_use]
     pub fn only(mut self, statics: &Statics, near: &[bool]) -> Self {
         let springs = statics.springs.iter().map(|s| !s.node.iter().any(|n| near[*n]));
         self.held = springs.chain(near.iter().map(|near| !near)).collect();
@@ -86,16 +88,19 @@ impl Unknowns {
     }
 
     /// Number of unknowns.
+    #[must_use]
     pub fn len(&self) -> usize {
         self.springs + self.nodes + self.points_per_triangle * self.triangles.len() + SCALARS
     }
 
     /// Always false: the scalars are unknown in every patch.
+    #[must_use]
     pub fn is_empty(&self) -> bool {
         false
     }
 
     /// Positions of the multiplier that all springs share and of the one that all nodes share.
+    #[must_use]
     pub fn shared_springs_and_nodes(&self) -> [usize; 2] {
         [ALL_SPRINGS, ALL_NODES].map(|which| self.scalar(which))
     }
@@ -109,6 +114,7 @@ impl Unknowns {
     }
 
     /// The patch at the unknowns `z`.
+    #[must_use]
     pub fn apply(&self, base: &Statics, z: &[f64]) -> Statics {
         let mut statics = base.clone();
         let shared = |which| SHARED * z[self.scalar(which)];
@@ -164,6 +170,7 @@ impl Unknowns {
     }
 
     /// Multipliers and parameters at the unknowns `z`.
+    #[must_use]
     pub fn result(&self, base: &Statics, z: &[f64], params: &Params) -> (Multipliers, Params) {
         let at = self.apply(base, z);
         // at nu = 1/4 the springs alone are the solid, and the volume terms, which are zero, have

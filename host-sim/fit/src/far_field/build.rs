@@ -54,6 +54,9 @@ pub struct FarField {
 
 impl FarField {
     /// Cuts a patch out of a whole organ and fits its rim springs.
+    ///
+    /// # Errors
+    /// See [`FarFieldError`].
     pub fn of(whole: &Tissue, sizes: &Sizes, material: &Material, params: &Params) -> Result<Self, FarFieldError> {
         let cut = Cut::of(whole, sizes)?;
         let patch = Patch::build(&cut.patch, material, None);
@@ -67,6 +70,7 @@ impl FarField {
     }
 
     /// The uncalibrated patch with its rim springs.
+    #[must_use]
     pub fn patch(&self, material: &Material) -> Patch {
         let mut patch = Patch::build(&self.cut.patch, material, None);
         patch.set_rim(&self.springs);

@@ -17,6 +17,7 @@ use crate::reference::shape::{TET_EDGES, TetRule};
 
 /// Stiffness of the outside over E [m], shape [3 rim nodes][3 rim nodes]; `None` if there is not
 /// enough memory.
+#[must_use]
 pub fn condense(outside: &Outside, poisson_ratio: f64) -> Option<Mat<f64>> {
     let corners = outside.mesh.nodes_m.len();
     let mesh = QuadraticMesh::new(&outside.mesh);

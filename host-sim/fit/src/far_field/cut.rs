@@ -66,6 +66,9 @@ pub struct Cut {
 impl Cut {
     /// Makes a patch of all tets of `whole` whose centroid is near the site and that are connected
     /// by faces.
+    ///
+    /// # Errors
+    /// See [`CutError`].
     pub fn of(whole: &Tissue, sizes: &Sizes) -> Result<Self, CutError> {
         let radius_mm = sizes.radius_m * 1e3;
         if whole.anchors.is_empty() {

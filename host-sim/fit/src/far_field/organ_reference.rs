@@ -82,6 +82,10 @@ struct Pressed {
 /// friction, at each of `offsets_m` from the site and to each of `depths_m`, except for presses
 /// that are in `solved`. It calls `progress` with the number of finished presses and their total
 /// number.
+///
+/// # Errors
+/// Fails if `depths_m` is empty or does not rise from above zero, if an offset misses the surface,
+/// if there is no equilibrium at some depth, or if there is not enough memory.
 pub fn organ_reference(
     scene: &Scene,
     placed: &Placed,

@@ -33,6 +33,7 @@ pub struct Recipe {
 
 impl Recipe {
     /// A patch of `radius_m` with elements of `fine_m` under a probe of `probe_radius_m`.
+    #[must_use]
     pub fn new(radius_m: f64, fine_m: f64, probe_radius_m: f64) -> Self {
         Self {
             sizes: Sizes { radius_m, fine_m, fine_radius_m: probe_radius_m, growth: 0.45 },
@@ -57,6 +58,9 @@ pub struct Prepared {
 
 impl Prepared {
     /// Meshes the organ, cuts the patch out and condenses the outside.
+    ///
+    /// # Errors
+    /// Fails if scene, sizes or organ do not permit it.
     pub fn of(scene: &Scene, recipe: &Recipe) -> Result<Self, Error> {
         if scene.tissue.gravity_m_per_s2 != [0.0; 3] {
             return Ok(scene.bad(
@@ -79,6 +83,7 @@ impl Prepared {
     }
 
     /// The uncalibrated patch with its rim springs.
+    #[must_use]
     pub fn patch(&self) -> Patch {
         self.far.patch(&self.material)
     }

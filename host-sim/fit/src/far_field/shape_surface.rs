@@ -26,6 +26,7 @@ pub struct ShapeSurface {
 impl ShapeSurface {
     /// The surface of a shape around the site of its mesh; without a shape, the mesh's own.
     /// `reach_m` is that of the probe.
+    #[must_use]
     pub fn of(placed: &Placed, shape: Option<&OrganSource>, reach_m: f64) -> Self {
         let site_m = Vector::from(placed.tissue.site_m);
         let place_m = |n: u32| Vector::from(placed.tissue.mesh.nodes_m[n as usize]) - site_m;
@@ -41,12 +42,14 @@ impl ShapeSurface {
     }
 
     /// A surface of these triangles, relative to the site [m].
+    #[must_use]
     pub fn around(triangles_m: Vec<[Vector; 3]>, axis: Vector, reach_m: f64) -> Self {
         Self { triangles_m, axis, high_m: (NEAR + 1.0) * reach_m }
     }
 
     /// Height of the surface above the site, along the axis, at a point relative to the site [m]:
     /// of several, the one nearest to the site's plane. `None` beside the surface.
+    #[must_use]
     pub fn height_m(&self, at_m: Vector) -> Option<f64> {
         let foot = at_m - self.axis * at_m.dot(&self.axis);
         let from = foot + self.axis * self.high_m;

@@ -34,6 +34,9 @@ const MOST_STEPS: usize = 3000;
 /// Displacements of the rim under unit forces over E on the surface near the site [1/m], shape [3
 /// rim nodes][loads], for the patch with its far field `outside` (shape [3 rim nodes][3 rim nodes])
 /// attached.
+///
+/// # Errors
+/// Fails if the stiffness of the patch with its far field is not positive definite at rest.
 pub fn rim_answers(statics: &Statics, cut: &Cut, outside: &Mat<f64>, reach_m: f64) -> Result<Mat<f64>, Unbalanced> {
     let refused = Unbalanced { depth_mm: 0.0, steps: 0 };
     let node: Vec<usize> = cut.rim.iter().map(|n| *n as usize).collect();
@@ -64,6 +67,7 @@ pub fn rim_answers(statics: &Statics, cut: &Cut, outside: &Mat<f64>, reach_m: f6
 
 /// Fits rim springs to the condensed outside `s` [m], shape [3 rim nodes][3 rim nodes], for the rim
 /// displacements `answers`.
+#[must_use]
 pub fn fit(cut: &Cut, s: &Mat<f64>, answers: &Mat<f64>) -> RimSprings {
     let rim = cut.rim.len();
     let pattern = Pattern::of(cut);
@@ -101,6 +105,7 @@ pub fn fit(cut: &Cut, s: &Mat<f64>, answers: &Mat<f64>) -> RimSprings {
 }
 
 /// Rim springs as a full matrix [m], shape [3 rim nodes][3 rim nodes].
+#[must_use]
 pub fn dense(springs: &RimSprings) -> Mat<f64> {
     let mut full = Mat::zeros(3 * springs.node.len(), 3 * springs.node.len());
     springs.blocks.iter().for_each(|(place, block)| put(&mut full, *place, block));
@@ -108,6 +113,7 @@ pub fn dense(springs: &RimSprings) -> Mat<f64> {
 }
 
 /// Smallest eigenvalue of the rim springs [m].
+#[must_use]
 pub fn lowest_m(springs: &RimSprings) -> f64 {
     // a matrix whose decomposition fails counts as not positive definite
     let values = dense(springs).self_adjoint_eigenvalues(Side::Lower);

@@ -27,6 +27,11 @@ const MOST_SHARE: f64 = 0.5;
 /// and are everywhere short enough for two elements through the organ under the site. If the mesh
 /// would still tear where the organ is thin, the coarsest elements are made smaller, and in the end
 /// those of `fine_m` too. A block has the mesh of [`block_with_rim`].
+///
+/// # Errors
+/// Fails, with a remedy, if the scene has no tissue, if the sizes are invalid, if the site is
+/// further than a probe radius from the surface, if the patch would contain more than half of the
+/// organ or all of its supports, or if the organ has no support.
 pub fn whole(scene: &Scene, tips_m: &[[f32; 3]], sizes: &Sizes) -> Result<Placed, Error> {
     if let Some(size_m) = scene.tissue.block_m {
         check(scene, sizes)?;
@@ -39,6 +44,9 @@ pub fn whole(scene: &Scene, tips_m: &[[f32; 3]], sizes: &Sizes) -> Result<Placed
 
 /// The shape of a scene's organ. A large file takes seconds to read, so that a search for the right
 /// sizes reads it once.
+///
+/// # Errors
+/// Fails if the scene has no organ, or if its file is refused.
 pub fn shape_of(scene: &Scene) -> Result<OrganSource, Error> {
     match OrganSource::of(scene)? {
         Some(shape) => Ok(shape),
@@ -47,6 +55,9 @@ pub fn shape_of(scene: &Scene) -> Result<OrganSource, Error> {
 }
 
 /// Meshes a shape as [`whole`] does.
+///
+/// # Errors
+/// Errors of [`whole`].
 pub fn whole_of(scene: &Scene, tips_m: &[[f32; 3]], sizes: &Sizes, shape: &OrganSource) -> Result<Placed, Error> {
     check(scene, sizes)?;
     let site = shape.near_site(scene)?;
@@ -57,6 +68,7 @@ pub fn whole_of(scene: &Scene, tips_m: &[[f32; 3]], sizes: &Sizes, shape: &Organ
 }
 
 /// Distance between two points [m].
+#[must_use]
 pub fn distance_m(a_m: [f64; 3], b_m: [f64; 3]) -> f64 {
     (Vector3::from(b_m) - Vector3::from(a_m)).norm()
 }

@@ -38,6 +38,7 @@ pub struct BlockForces {
 
 impl BlockForces {
     /// Returns `None` if the answer has fewer than four depths at the centre.
+    #[must_use]
     pub fn of(answer: &Answer) -> Option<Self> {
         let away = |place: [f64; 3]| place[0].hypot(place[1]);
         let power = if answer.probe.shape == Shape::Flat { 1.0 } else { 1.5 };

@@ -49,6 +49,7 @@ pub struct SurfaceForces {
 
 impl SurfaceForces {
     /// Returns `None` if the reference has fewer than four depths or eight places.
+    #[must_use]
     pub fn of(reference: &OrganReference, site_m: [f64; 3], probe: &ProbeScene) -> Option<Self> {
         if reference.depths_m.len() < 4 || reference.places.len() < TERMS + 2 {
             return None;

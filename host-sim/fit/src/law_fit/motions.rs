@@ -48,6 +48,9 @@ fn is_fitted(truth: &Truth, all: &[Truth]) -> bool {
 }
 
 /// The ramps that the branches of a scene's law are fitted to; empty if none is stored.
+///
+/// # Errors
+/// A stored ramp cannot be read.
 pub(super) fn ramps(scene: &Scene) -> Result<Vec<Ramp>, Error> {
     let all = truths(scene);
     let ramps = all.iter().filter(|truth| is_fitted(truth, &all)).map(|truth| Ramp::of(*truth));
@@ -55,6 +58,9 @@ pub(super) fn ramps(scene: &Scene) -> Result<Vec<Ramp>, Error> {
 }
 
 /// Errors of a patch along every stored motion of its scene.
+///
+/// # Errors
+/// A motion cannot be read, or the core refuses the patch.
 pub fn errors(scene: &Scene, patch: &Patch, params: &Params) -> Result<Vec<MotionError>, Error> {
     let all = truths(scene);
     let mut errors = Vec::new();

@@ -68,6 +68,9 @@ fn columns(ramp: &Ramp, params: &Params) -> Vec<Vec<f64>> {
 }
 
 /// Branches with the least error over some ramps, with the held part of `row` at their site.
+///
+/// # Errors
+/// A stored ramp cannot be read.
 pub fn branches(row: &[f32; LAW_FIELDS], ramps: &[Ramp], params: &Params) -> Result<[Branch; MOST_BRANCHES], Error> {
     let candidates = 2 * LENGTHS_RADII.len();
     let mut squares = Squares::new(candidates);

@@ -62,11 +62,13 @@ pub struct Weighed {
 impl Weighed {
     /// Returns the tissue to be fitted: the patch that was cut out, or the whole block without a
     /// far field.
+    #[must_use]
     pub fn tissue(&self) -> &Tissue {
         self.far.as_ref().map_or(&self.placed.tissue, |far| &far.cut.patch)
     }
 
     /// Whether the candidate meets the limits of the board on time and memory.
+    #[must_use]
     pub fn fits(&self, machine: &CostModel) -> bool {
         self.units <= machine.budget() && machine.has_room(&self.counts, self.patch_bytes)
     }
@@ -108,6 +110,7 @@ pub struct Supply<'a> {
 
 impl<'a> Supply<'a> {
     /// Prepares the candidates for a scene on a board.
+    #[must_use]
     pub fn of(scene: &'a Scene, machine: &'a CostModel, quick: bool) -> Self {
         let (radii, elements): (&[f64], &[f64]) = if quick { (&QUICK_RADII, &QUICK_ELEMENTS) } else { (&RADII, &ELEMENTS) };
         Self { scene, machine, radii, elements, next: 0, both_foundations: !quick, refused: None }

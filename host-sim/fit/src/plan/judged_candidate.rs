@@ -93,17 +93,20 @@ fn by_name<S: Serializer>(terms: &Terms, to: S) -> Result<S::Ok, S::Error> {
 impl JudgedCandidate {
     /// Whether presses and the rim in shear meet a tolerance [%], and whether the error under
     /// motion is within the scene's limit.
+    #[must_use]
     pub fn keeps(&self, tolerance_pct: f64) -> bool {
         let moving = self.moving.is_none_or(|moving| moving.keeps());
         self.keeps_pct <= tolerance_pct && self.edge_keeps(tolerance_pct) && moving
     }
 
     /// Whether the rim treatment alone meets the tolerance in shear.
+    #[must_use]
     pub fn edge_keeps(&self, tolerance_pct: f64) -> bool {
         self.shear_error_pct.is_some_and(|e| e.abs() <= tolerance_pct)
     }
 
     /// The slowest named board that can run the candidate.
+    #[must_use]
     pub fn slowest_board(&self) -> Option<&'static CostModel> {
         // the desktop is first in the list and is the fastest
         let [desktop, boards @ ..] = &MACHINES;
@@ -116,6 +119,9 @@ impl JudgedCandidate {
 
 impl Bench<'_> {
     /// Fits a candidate with the given rim treatment, terms and effort, and evaluates it.
+    ///
+    /// # Errors
+    /// Fails if the patch cannot be fitted, pressed or run.
     pub fn run(&self, weighed: &Weighed, edge: RimTreatment, terms: Terms, effort: Effort) -> Result<JudgedCandidate, Error> {
         let candidate = weighed.candidate;
         let what = if effort == Effort::Full { "fitting" } else { "screening" };

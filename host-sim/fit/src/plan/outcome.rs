@@ -29,6 +29,10 @@ pub struct Outcome {
 
 impl Outcome {
     /// Returns the chosen model.
+    ///
+    /// # Errors
+    /// Fails if no model was chosen; the message names a board that would be fast enough, and the
+    /// tolerance that this board reaches.
     pub fn check(&self, machine: &CostModel, tolerance_pct: f64) -> Result<&JudgedCandidate, Error> {
         if let Some(chosen) = &self.chosen {
             return Ok(chosen);

@@ -14,6 +14,9 @@ const SOLVED: [[f64; 2]; 2] = [[2.0, 0.56], [1.5, 0.56]];
 
 /// Returns the presses of a scene for the fits and the evaluation of all candidates. Those of an
 /// organ take minutes, unless they are in `solved`. Calls `progress` with messages.
+///
+/// # Errors
+/// Fails if the tolerance [%] is too tight for the reference, or if the scene allows no far field.
 pub fn presses(
     scene: &Scene,
     tolerance_pct: f64,

@@ -27,6 +27,7 @@ pub enum RimTreatment {
 
 impl RimTreatment {
     /// Name in tables and charts.
+    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::RimSprings => "rim springs",
@@ -37,6 +38,7 @@ impl RimTreatment {
     }
 
     /// Tissue and rim springs of a patch with this rim treatment.
+    #[must_use]
     pub fn applied(self, weighed: &Weighed) -> (Tissue, Option<RimSprings>) {
         let tissue = weighed.tissue().clone();
         let Some(far) = &weighed.far else { return (tissue, None) };
@@ -57,6 +59,7 @@ impl RimTreatment {
     /// to the rim treatment alone [%]. The reference is a patch with the same unfitted springs and
     /// the exact condensed outside. Presses do not show this error. `None` if it cannot be solved;
     /// zero for a whole block.
+    #[must_use]
     pub fn shear_error_pct(self, weighed: &Weighed) -> Option<f64> {
         let Some(far) = &weighed.far else { return Some(0.0) };
         let free = free(far, weighed, &weighed.params)?;

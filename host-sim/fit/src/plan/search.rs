@@ -218,6 +218,9 @@ impl Ladder<'_> {
 }
 
 /// Runs the search. It is not an error if no model is found: see [`Outcome::check`].
+///
+/// # Errors
+/// Fails if the scene has no candidate.
 pub fn search(bench: &Bench, supply: &mut Supply) -> Result<Outcome, Error> {
     let machine = bench.machine;
     let most_nodes = if bench.quick { QUICK_MOST_NODES } else { MOST_NODES };

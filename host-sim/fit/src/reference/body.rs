@@ -33,6 +33,7 @@ pub struct Material {
 
 impl Material {
     /// Stiffness at a point [m].
+    #[must_use]
     pub fn at(&self, x: &Vector3<f64>) -> Stiffness {
         let ball = self.inclusions.iter().rev().find(|ball| (x - Vector3::from(ball.center_m)).norm() <= ball.radius_m);
         Stiffness {
@@ -121,6 +122,7 @@ struct Element {
 
 impl Body {
     /// Prepares a body of this material.
+    #[must_use]
     pub fn new(
         mesh: QuadraticMesh,
         material: &Material,
@@ -134,6 +136,7 @@ impl Body {
 
     /// Prepares a body whose stiffness is a function of the tet (by index) and of the point (rest
     /// position [m]).
+    #[must_use]
     pub fn with_stiffness(
         mesh: QuadraticMesh,
         stiffness: impl Fn(usize, &Vector3<f64>) -> Stiffness,
@@ -160,6 +163,7 @@ impl Body {
     }
 
     /// Energy over Young's modulus [m^3]; `None` if an element is inverted.
+    #[must_use]
     pub fn energy(&self, displacement_m: &[Vector3<f64>], contact: Option<&Contact>) -> Option<f64> {
         let tets: Vec<usize> = (0..self.mesh.tets.len()).collect();
         let parts: Vec<Option<f64>> =
@@ -173,6 +177,7 @@ impl Body {
     }
 
     /// Energy, residual and tangent; `None` if an element is inverted.
+    #[must_use]
     pub fn assemble(&self, displacement_m: &[Vector3<f64>], contact: Option<&Contact>) -> Option<Assembled> {
         let mut sum = self.derive(displacement_m, true)?;
         if let Some(contact) = contact {
@@ -210,12 +215,14 @@ impl Body {
     }
 
     /// Product of the tangent and a vector over nodes, including fixed components.
+    #[must_use]
     pub fn tangent_times(&self, assembled: &Assembled, vector: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
         self.pattern.multiply(&assembled.tangent, vector)
     }
 
     /// Displacement of a point on a flat horizontal part of the touchable surface; `None` if there
     /// is no such surface at the point.
+    #[must_use]
     pub fn surface_at(&self, displacement_m: &[Vector3<f64>], at_m: &Vector3<f64>) -> Option<Vector3<f64>> {
         // rounding may place a point slightly outside a triangle
         const SLACK: f64 = 1e-9;

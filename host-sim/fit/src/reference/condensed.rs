@@ -21,6 +21,7 @@ pub enum Tie {
 /// Stiffness over E of a body with respect to `kept` displacements [m], shape [3 kept][3 kept];
 /// `tie` gives the constraint of each node of the body's mesh. Components that the body itself
 /// fixes remain fixed. `None` if a part is unsupported or there is not enough memory.
+#[must_use]
 pub fn condensed(body: &Body, tie: &[Tie], kept: usize) -> Option<Mat<f64>> {
     let nodes = body.mesh.nodes_m.len();
     let rest = body.assemble(&vec![Vector3::zeros(); nodes], None)?;

@@ -30,6 +30,7 @@ const PASSES: usize = 20;
 /// multiple of the tissue's; where balls overlap, the last one applies. The facets are chords of a
 /// slightly larger ball, chosen so that their polyhedron has the volume of the ball. The surface of
 /// the mesh itself is not changed: where a ball protrudes through it, tets remain uncut.
+#[must_use]
 pub fn conform(mesh: &TetMesh, balls: &[Inclusion]) -> (TetMesh, Vec<f64>) {
     let mut mesh = mesh.clone();
     let own: BTreeSet<u32> = surface(&mesh.tets).into_iter().flatten().collect();

@@ -43,6 +43,7 @@ pub struct BlockBody {
 impl BlockCase {
     /// Whether press and tissue are symmetric about the planes x = 0 and y = 0, and the block may
     /// be cut there.
+    #[must_use]
     pub fn symmetry(&self) -> [bool; 2] {
         [0, 1].map(|k| {
             self.may_cut[k] && self.place_m[k] == 0.0 && self.material.inclusions.iter().all(|ball| ball.center_m[k] == 0.0)
@@ -50,6 +51,9 @@ impl BlockCase {
     }
 
     /// Meshes the piece and supports it.
+    ///
+    /// # Errors
+    /// See [`BlockError`], the error of the mesh generator.
     pub fn build(&self) -> Result<BlockBody, BlockError> {
         let mirror = self.symmetry();
         let mut size_m = self.size_m;
@@ -72,12 +76,14 @@ impl BlockCase {
 
     /// Fixes the bottom of a mesh of the piece and, in the normal direction, the planes of symmetry
     /// at which it was cut.
+    #[must_use]
     pub fn support(&self, mesh: &TetMesh, mirror: [bool; 2]) -> BlockBody {
         self.support_with(mesh, mirror, |_, x| self.material.at(x))
     }
 
     /// Like [`Self::support`], with the stiffness as a function of the tet (by index) and of the
     /// point (rest position [m]).
+    #[must_use]
     pub fn support_with(
         &self,
         mesh: &TetMesh,
@@ -102,6 +108,7 @@ impl BlockCase {
 
 /// An imported mesh, supported on its underside. Triangles that face away from the press are fixed,
 /// except inside a hollow; all others may touch the probe.
+#[must_use]
 pub fn mesh_body(mesh: &TetMesh, axis: &Vector3<f64>, material: &Material, rule: TetRule) -> Body {
     // corner nodes keep their numbers in the quadratic mesh
     let hollow = surface::hollow(mesh);
@@ -131,6 +138,7 @@ pub fn mesh_body(mesh: &TetMesh, axis: &Vector3<f64>, material: &Material, rule:
 impl BlockBody {
     /// Displacement of the top at a place [m], which is mirrored into the computed piece if
     /// necessary; zero outside the block.
+    #[must_use]
     pub fn top_displacement_m(&self, displacement_m: &[Vector3<f64>], at_m: [f64; 2]) -> Vector3<f64> {
         let sign = [0, 1].map(|k| if self.mirror[k] && at_m[k] < 0.0 { -1.0 } else { 1.0 });
         let at = Vector3::new(at_m[0] * sign[0], at_m[1] * sign[1], 0.0);
@@ -139,6 +147,7 @@ impl BlockBody {
     }
 
     /// Displacement around the place of the press, on a square grid.
+    #[must_use]
     pub fn grid(&self, displacement_m: &[Vector3<f64>], spacing_m: f64, half_count: usize) -> SurfaceGrid {
         SurfaceGrid::sample(spacing_m, half_count, |[x, y]| {
             self.top_displacement_m(displacement_m, [self.place_m.x + x, self.place_m.y + y]).into()

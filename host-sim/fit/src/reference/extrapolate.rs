@@ -14,6 +14,7 @@ pub struct Estimate {
 
 /// Extrapolates the pairs (nodes, value) of all levels, coarse to fine; `None` if there are fewer
 /// than two.
+#[must_use]
 pub fn extrapolate(levels: &[(usize, f64)]) -> Option<Estimate> {
     let [.., (coarse, before), (fine, finest)] = levels else { return None };
     let (coarse, fine) = (*coarse as f64, *fine as f64);

@@ -78,6 +78,9 @@ pub struct GluedStiffness {
 /// Solves one mesh for every edge length in `edges` (in disc radii, each half of the previous one),
 /// and extrapolates from the last two. `stiffness` is called with a tet of `mesh` and a point in it
 /// [m]; `anchors` are nodes of `mesh`.
+///
+/// # Errors
+/// See [`GluedError`].
 pub fn glued_stiffness(
     mesh: &TetMesh,
     stiffness: impl Fn(usize, &Vector3<f64>) -> Stiffness,

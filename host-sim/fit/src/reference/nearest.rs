@@ -18,6 +18,7 @@ pub struct Nearest {
 }
 
 /// Nearest point of the given triangles within `reach_m`; `None` if there is none.
+#[must_use]
 pub fn nearest(
     mesh: &QuadraticMesh,
     triangles: impl IntoIterator<Item = usize>,

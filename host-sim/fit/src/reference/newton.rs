@@ -45,6 +45,7 @@ pub struct Stalled {
 impl<'a> Press<'a> {
     /// Places the tip of the probe at `place_m` on the surface of the tissue at rest; `None` if
     /// there is not enough memory for the factor.
+    #[must_use]
     pub fn new(body: &'a Body, probe: RigidProbe, place_m: Vector3<f64>) -> Option<Self> {
         let rest = vec![Vector3::zeros(); body.mesh.nodes_m.len()];
         Some(Self {
@@ -60,21 +61,25 @@ impl<'a> Press<'a> {
     }
 
     /// Number of entries of the Cholesky factor.
+    #[must_use]
     pub fn factor_entries(&self) -> usize {
         self.solver.factor_entries()
     }
 
     /// Number of Newton iterations so far.
+    #[must_use]
     pub fn iterations(&self) -> usize {
         self.solver.iterations
     }
 
     /// Depth of the tip [m].
+    #[must_use]
     pub fn depth_m(&self) -> f64 {
         self.depth_m
     }
 
     /// Contact with the probe at a depth.
+    #[must_use]
     pub fn contact(&self, depth_m: f64) -> Contact {
         let probe = RigidProbe { tip_m: self.place_m - self.probe.axis * depth_m, ..self.probe };
         let softness_m = SOFTNESS * (self.probe.radius_m * depth_m.abs().max(LEAST_DEPTH * self.probe.radius_m)).sqrt();
@@ -82,17 +87,22 @@ impl<'a> Press<'a> {
     }
 
     /// Returns force, penetration and contact area of the probe in the present state.
+    #[must_use]
     pub fn touch(&self) -> Touch {
         self.body.touch(&self.displacement_m, &self.contact(self.depth_m))
     }
 
     /// Force along the press over Young's modulus [m^2], positive out of the tissue.
+    #[must_use]
     pub fn force_over_e_m2(&self) -> f64 {
         self.touch().force_m2.dot(&self.probe.axis)
     }
 
     /// Presses or releases to a depth, in as many steps as necessary, and calls `progress` with the
     /// depth [m] after each.
+    ///
+    /// # Errors
+    /// Fails if no equilibrium is found beyond some depth; the last one remains.
     pub fn go_to(&mut self, target_m: f64, mut progress: impl FnMut(f64)) -> Result<(), Stalled> {
         let largest_m = STEP_RADII * self.probe.radius_m;
         let mut step_m = largest_m;

@@ -36,11 +36,13 @@ pub struct Gap {
 impl RigidProbe {
     /// A probe whose tip is at `tip_m`. The edge of a disc is rounded as in the simulation, by a
     /// sixteenth of its radius.
+    #[must_use]
     pub fn new(shape: Shape, radius_m: f64, tip_m: Vector3<f64>, axis: Vector3<f64>) -> Self {
         Self { shape, radius_m, edge_m: f64::from(FLAT_EDGE) * radius_m, tip_m, axis }
     }
 
     /// Signed distance of the point `at_m` from the probe's surface [m], with its derivatives.
+    #[must_use]
     pub fn gap(&self, at_m: &Vector3<f64>) -> Gap {
         let arm = at_m - self.tip_m;
         let height = arm.dot(&self.axis);

@@ -22,6 +22,7 @@ pub struct QuadraticMesh {
 
 impl QuadraticMesh {
     /// Adds a node in the middle of every edge.
+    #[must_use]
     pub fn new(mesh: &TetMesh) -> Self {
         let mut nodes_m: Vec<Vector3<f64>> = mesh.nodes_m.iter().map(|x| Vector3::from(*x)).collect();
         let mut middles = HashMap::new();

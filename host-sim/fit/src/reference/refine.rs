@@ -10,6 +10,7 @@ const EDGES: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
 
 /// Halves edges that are longer than `longest_m` at their midpoint [m], until there are none or the
 /// mesh has `most_nodes`. The surface keeps its shape.
+#[must_use]
 pub fn refine(mesh: &TetMesh, longest_m: impl Fn([f64; 3]) -> f64, most_nodes: usize) -> TetMesh {
     let mut mesh = mesh.clone();
     while mesh.nodes_m.len() < most_nodes {

@@ -21,6 +21,7 @@ pub enum TetRule {
 
 impl TetRule {
     /// Points as (volume coordinates, share of the volume); the shares add up to 1.
+    #[must_use]
     pub fn points(self) -> Vec<([f64; 4], f64)> {
         match self {
             Self::Four => {
@@ -53,6 +54,7 @@ fn peak(k: usize, high: f64, low: f64) -> [f64; 4] {
 
 /// Quadrature rule of a triangle with seven points (area coordinates, share of the area), exact to
 /// degree 5 (Radon 1948).
+#[must_use]
 pub fn triangle_points() -> [([f64; 3], f64); 7] {
     let root = 15_f64.sqrt();
     let (inner, outer) = ((6.0 + root) / 21.0, (6.0 - root) / 21.0);
@@ -75,6 +77,7 @@ pub fn triangle_points() -> [([f64; 3], f64); 7] {
 }
 
 /// Values of the shape functions of the 6-node triangle at area coordinates.
+#[must_use]
 pub fn triangle_shape(at: [f64; 3]) -> [f64; 6] {
     let mut values = [0.0; 6];
     for k in 0..3 {
@@ -87,6 +90,7 @@ pub fn triangle_shape(at: [f64; 3]) -> [f64; 6] {
 
 /// Derivatives of the shape functions of the 6-node triangle with respect to the first two area
 /// coordinates; the third decreases accordingly.
+#[must_use]
 pub fn triangle_slopes(at: [f64; 3]) -> [[f64; 2]; 6] {
     let mut slopes = [[0.0; 3]; 6];
     for k in 0..3 {
@@ -98,6 +102,7 @@ pub fn triangle_slopes(at: [f64; 3]) -> [[f64; 2]; 6] {
 }
 
 /// Values of the shape functions of the 10-node tet at volume coordinates.
+#[must_use]
 pub fn tet_shape(at: [f64; 4]) -> [f64; 10] {
     let mut values = [0.0; 10];
     for k in 0..4 {
@@ -111,6 +116,7 @@ pub fn tet_shape(at: [f64; 4]) -> [f64; 10] {
 
 /// Gradients of the shape functions of the 10-node tet [1/m] at volume coordinates, from the
 /// gradients of the volume coordinates [1/m].
+#[must_use]
 pub fn tet_gradients(at: [f64; 4], slopes: &[Vector3<f64>; 4]) -> [Vector3<f64>; 10] {
     let mut gradients = [Vector3::zeros(); 10];
     for k in 0..4 {
@@ -125,6 +131,7 @@ pub fn tet_gradients(at: [f64; 4], slopes: &[Vector3<f64>; 4]) -> [Vector3<f64>;
 /// Gradients of the shape functions of a 10-node tet [1/m], whose edges may be curved, at volume
 /// coordinates, and the volume that the tet would have if it were deformed everywhere as there
 /// [m^3].
+#[must_use]
 pub fn tet_at(at: [f64; 4], nodes_m: &[Vector3<f64>; 10]) -> ([Vector3<f64>; 10], f64) {
     // derivatives with respect to the last three volume coordinates; the first decreases
     // accordingly
@@ -137,6 +144,7 @@ pub fn tet_at(at: [f64; 4], nodes_m: &[Vector3<f64>; 10]) -> ([Vector3<f64>; 10]
 
 /// Gradients of the volume coordinates of a tet [1/m], and its volume [m^3], which is positive if
 /// the tet is positively oriented.
+#[must_use]
 pub fn tet_slopes(corners: [Vector3<f64>; 4]) -> ([Vector3<f64>; 4], f64) {
     let [a, b, c] = [1, 2, 3].map(|k: usize| corners[k] - corners[0]);
     let six = a.cross(&b).dot(&c);

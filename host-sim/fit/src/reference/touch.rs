@@ -131,6 +131,7 @@ impl Body {
     }
 
     /// Returns force, penetration and contact area of the probe at the given displacements.
+    #[must_use]
     pub fn touch(&self, displacement_m: &[Vector3<f64>], contact: &Contact) -> Touch {
         let mut touch = Touch::default();
         self.each_touch(&self.touchable, displacement_m, contact, |point| {
@@ -142,6 +143,7 @@ impl Body {
     }
 
     /// Returns the pressure at every quadrature point in contact, from which area and peak follow.
+    #[must_use]
     pub fn pressed(&self, displacement_m: &[Vector3<f64>], contact: &Contact) -> Vec<Pressed> {
         let slopes = triangle_points().map(|(at, _)| triangle_slopes(at));
         let mut pressed = Vec::new();

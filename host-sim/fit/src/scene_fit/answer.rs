@@ -25,6 +25,9 @@ pub struct Solved {
 }
 
 /// Combines presses and glued discs into answers; `found` returns the result of a job.
+///
+/// # Errors
+/// Fails if a press is missing.
 pub fn answer(
     scene: &Scene,
     presses: &Presses,

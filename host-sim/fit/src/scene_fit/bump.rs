@@ -97,6 +97,10 @@ pub struct Bumps {
 
 /// Presses a block with and without its inclusions, unless an earlier run has done so. Calls
 /// `progress` with the number of finished places and the total number.
+///
+/// # Errors
+/// Fails if the block cannot be meshed, if there is no equilibrium at some depth, or if there is
+/// not enough memory.
 pub fn solve_bumps(
     scene: &Scene,
     deepest_m: f64,
@@ -200,6 +204,7 @@ impl Bumps {
 
     /// Force with the inclusions divided by that without them (1), at any place and depth: linear
     /// between the solved depths and constant beyond them.
+    #[must_use]
     pub fn ratio_between(&self, place_m: [f64; 2], depth_m: f64) -> Option<f64> {
         let shapes = self.shapes(place_m);
         let at = |n: usize| Some(1.0 + self.terms.get(n)?.iter().zip(&shapes).map(|(c, shape)| c * shape).sum::<f64>());
@@ -213,6 +218,7 @@ impl Bumps {
 
     /// Force with the inclusions divided by that without them (1), at a place and a depth that were
     /// solved.
+    #[must_use]
     pub fn ratio(&self, place_m: [f64; 2], depth_m: f64) -> Option<f64> {
         let place = self.places_m.iter().position(|own| *own == place_m)?;
         let depth = self.depths_m.iter().position(|own| *own == depth_m)?;
@@ -220,11 +226,13 @@ impl Bumps {
     }
 
     /// Places for the evaluation alone, including those on the line [m].
+    #[must_use]
     pub fn unseen_m(&self) -> &[[f64; 2]] {
         self.places_m.get(self.known_places..).unwrap_or_default()
     }
 
     /// Places on the line [m], in the order of increasing x.
+    #[must_use]
     pub fn line_m(&self) -> &[[f64; 2]] {
         self.unseen_m().get(..self.line_places).unwrap_or_default()
     }

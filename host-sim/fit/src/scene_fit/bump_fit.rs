@@ -93,21 +93,25 @@ pub struct BumpFit<'a> {
 
 impl BumpFit<'_> {
     /// Patch to which the stiffness of the inclusions was applied by scaling.
+    #[must_use]
     pub fn scaled(&self) -> Patch {
         self.plain.0.clone().with_inclusions(self.inclusions)
     }
 
     /// Patch with stiffnesses from the formulas alone.
+    #[must_use]
     pub fn uncalibrated(&self) -> Patch {
         Patch::build(&self.tissue(), &self.prepared.material, None)
     }
 
     /// Reference forces with the inclusions, for the evaluation.
+    #[must_use]
     pub fn bumped(&self) -> Bumped<'_> {
         Bumped { known: self.known, bumps: self.bumps }
     }
 
     /// Presses that were solved with the inclusions: at places for the fit, and at others.
+    #[must_use]
     pub fn answers(&self, scene: &Scene) -> [Answer; 2] {
         let of = |places: &[[f64; 2]]| {
             let hold = |place: &[f64; 2], depth_m: f64| {
@@ -124,6 +128,10 @@ impl BumpFit<'_> {
     }
 
     /// Fits the patch to the bump.
+    ///
+    /// # Errors
+    /// Fails if a press at the centre, or more than one in fifty elsewhere, has no equilibrium, or
+    /// if the fit brings no improvement.
     pub fn fit(&self, scene: &Scene, settings: &Settings, progress: &mut dyn FnMut(&Round)) -> Result<Calibration, Error> {
         let failed = |cause: CalibrateError| Error::Check(format!("{}: tissue.inclusion: {cause}", scene.file));
         let (patch, params) = self.plain;
@@ -216,6 +224,9 @@ impl BumpFit<'_> {
 
     /// Bumps of a patch and of the finite elements over E [m^2] at the places on the line, shape
     /// \[depths\]\[places\]; NaN where the patch does not come to rest.
+    ///
+    /// # Errors
+    /// Fails if a patch cannot run.
     pub fn along_the_line(&self, session: &Session) -> Result<Vec<Vec<(f64, f64)>>, Error> {
         let places = self.pairs(session, self.bumps.line_m())?;
         let depths = 0..self.bumps.depths_m.len();
@@ -224,6 +235,9 @@ impl BumpFit<'_> {
     }
 
     /// Evaluates the bump of the patch of a session at unseen places.
+    ///
+    /// # Errors
+    /// Fails if a patch cannot run.
     pub fn judge(&self, session: &Session) -> Result<BumpVerdict, Error> {
         let places = self.pairs(session, self.bumps.unseen_m())?;
         let at_depth = |(n, depth_m): (usize, &f64)| {

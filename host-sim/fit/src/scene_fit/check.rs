@@ -14,6 +14,9 @@ const WIDEST: f64 = 1.0 / 3.0;
 const DEEPEST: f64 = 0.5;
 
 /// Refuses a scene that cannot be fitted, and values that are probably given in another unit.
+///
+/// # Errors
+/// Returns the first such value, with its key.
 pub fn check(scene: &Scene) -> Result<(), Error> {
     scene.refuse_stiffening()?;
     let tissue = &scene.tissue;
@@ -36,6 +39,9 @@ pub fn check(scene: &Scene) -> Result<(), Error> {
 }
 
 /// Refuses a block that is too small for its probe, or that is pressed too deep.
+///
+/// # Errors
+/// Returns the first such value, with its key.
 pub fn check_block(scene: &Scene, size_m: [f64; 3]) -> Result<(), Error> {
     let probe = &scene.probe;
     let [x, y, thick_m] = size_m;
@@ -70,6 +76,9 @@ pub fn check_block(scene: &Scene, size_m: [f64; 3]) -> Result<(), Error> {
 
 /// Refuses holds with a force larger than the guard can render; `force_m2` returns the force over E
 /// [m^2].
+///
+/// # Errors
+/// Returns the first such hold.
 pub fn refuse_beyond_the_guard(scene: &Scene, force_m2: impl Fn(f64) -> f64) -> Result<(), Error> {
     let (Drive::Depth { holds_m, .. } | Drive::Hand { holds_m, .. }) = &scene.drive else { return Ok(()) };
     let most_n = f64::from(palpate::GuardLimits::HIGHEST.max_force_n);

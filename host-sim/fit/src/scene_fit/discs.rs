@@ -55,6 +55,9 @@ pub struct GluedDiscs {
 impl GluedDiscs {
     /// Solves the discs of a scene's block that are not in `kept`; calls `told` with the number of
     /// finished discs and the total number.
+    ///
+    /// # Errors
+    /// Fails if a mesh cannot be generated or solved.
     pub fn solve(scene: &Scene, level: Level, kept: &Solved, told: impl Fn(usize, usize) + Sync) -> Result<Self, Error> {
         let done = std::sync::atomic::AtomicUsize::new(0);
         let all = SOLVED.len() + UNSEEN.len();

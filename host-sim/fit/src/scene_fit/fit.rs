@@ -67,6 +67,9 @@ fn top_nodes(tissue: &Tissue) -> Vec<(usize, Vector)> {
 }
 
 /// Meshes the block of a scene for its patch.
+///
+/// # Errors
+/// Fails if the block cannot be meshed with such elements.
 pub fn prepare(scene: &Scene) -> Result<Prepared, Error> {
     let placed = place_fine(scene, &[], FINE_RADII)?;
     let params = scene.params(placed.axis);
@@ -77,6 +80,9 @@ pub fn prepare(scene: &Scene) -> Result<Prepared, Error> {
 }
 
 /// Returns the requested number of foundation points per triangle if it is allowed.
+///
+/// # Errors
+/// Fails for a number other than 4, 9 and 16.
 fn checked_points(count: usize) -> Result<usize, Error> {
     match count {
         4 | 9 | 16 => Ok(count),
@@ -87,6 +93,9 @@ fn checked_points(count: usize) -> Result<usize, Error> {
 impl Prepared {
     /// Returns the patch with the given number of foundation points per surface triangle, if one is
     /// given.
+    ///
+    /// # Errors
+    /// Fails for a number other than 4, 9 and 16.
     pub fn with_points(mut self, points: Option<usize>) -> Result<Self, Error> {
         if let Some(points) = points {
             self.material.points_per_triangle = checked_points(points)?;
@@ -96,6 +105,7 @@ impl Prepared {
 
     /// Returns the patch with sixteen foundation points per triangle if its elements are large
     /// compared with the shallowest contact. Boards cannot run such a patch.
+    #[must_use]
     pub fn with_enough_points(mut self, scene: &Scene, presses: &Presses) -> Self {
         let contact_m = presses.fitted_m.first().map_or(f64::INFINITY, |m| scene.probe.tip().contact_radius_m(*m));
         if self.uncalibrated().element_m() > SIXTEEN_ABOVE * contact_m {
@@ -105,11 +115,16 @@ impl Prepared {
     }
 
     /// Patch with stiffnesses from the formulas alone.
+    #[must_use]
     pub fn uncalibrated(&self) -> Patch {
         Patch::build(&self.tissue, &self.material, None)
     }
 
     /// Fits the patch to the known answers.
+    ///
+    /// # Errors
+    /// Fails if the reference lacks presses, if the patch cannot be pressed, or if the fit brings
+    /// no improvement.
     pub fn fit(
         &self,
         scene: &Scene,

@@ -89,23 +89,27 @@ pub struct Verdict {
 impl Verdict {
     /// The larger of the two root mean squares, with the error of the finite elements, which is
     /// independent of it [%].
+    #[must_use]
     pub fn rms_pct(&self) -> f64 {
         self.unseen_rms_pct.max(self.disc_rms_pct).hypot(self.reference_pct)
     }
 
     /// The larger of the two worst errors, with its sign, and the error of the finite elements on
     /// top [%].
+    #[must_use]
     pub fn worst_pct(&self) -> f64 {
         let worst_pct = larger(self.unseen_worst_pct, self.disc_worst_pct);
         worst_pct + self.reference_pct.copysign(worst_pct)
     }
 
     /// The tightest tolerance that the errors meet [%].
+    #[must_use]
     pub fn keeps_pct(&self) -> f64 {
         self.rms_pct().max(self.worst_pct().abs() / WORST_RATIO)
     }
 
     /// The errors as the record of a patch states them.
+    #[must_use]
     pub fn judged(&self) -> Judged {
         let depths_m = || self.depths.iter().map(|at| at.depth_mm * 1e-3);
         Judged {
@@ -127,6 +131,7 @@ impl Verdict {
     }
 
     /// Whether so many presses could not be evaluated that the errors say too little.
+    #[must_use]
     pub fn lost_too_many(&self) -> bool {
         too_many_lost(self.lost_presses, self.presses)
     }
@@ -152,6 +157,9 @@ pub struct Judging<'a> {
 /// Errors of a packed patch, judged anew between the depths of its record. Without a stored
 /// finite-element answer for the scene, the record keeps the errors of its fit: the constants are
 /// the same, and a force at rest depends neither on masses nor on substeps.
+///
+/// # Errors
+/// Errors of [`Judging::judge`].
 pub fn judged_again(scene: &Scene, session: &Session, record: &FitRecord) -> Result<Judged, Error> {
     let answer = Answer::block();
     let Some(known) = BlockForces::of(&answer).filter(|_| answer.is_for(scene) && record.judged.bump.is_none()) else {
@@ -187,6 +195,9 @@ struct PressError {
 impl Judging<'_> {
     /// Evaluates the patch of a session in the unseen presses and in presses over the disc of
     /// places.
+    ///
+    /// # Errors
+    /// Fails if the core rejects the model, or if the reference does not know a place of the disc.
     pub fn judge(&self, session: &Session) -> Result<Verdict, Error> {
         let settled = SettledPatch::of(session);
         let mut places: Vec<[f64; 3]> = Vec::new();

@@ -112,6 +112,9 @@ impl DepthScale {
 
 /// Edge length of the elements under the probe with which a patch of `radius_m` has about `nodes`
 /// nodes [m].
+///
+/// # Errors
+/// Fails if no edge length gives such a number, or if the organ cannot be cut at this radius.
 pub fn element_for(scene: &Scene, radius_m: f64, nodes: usize) -> Result<f64, Error> {
     let sizes_of = |edge_m: f64| Recipe::new(radius_m, edge_m, scene.probe.radius_m).sizes;
     refuse_odd(scene, &sizes_of(scene.probe.radius_m))?;
@@ -153,6 +156,10 @@ impl PiecePresses {
     /// the whole by finite elements, except for presses that an earlier run has solved, and calls
     /// `progress` with the number of finished presses and the total number. For a patch `on_board`,
     /// no press is shallower than an eighth of the probe's radius.
+    ///
+    /// # Errors
+    /// Fails if a place is beside the surface, if there is no equilibrium at some depth, or if
+    /// there is not enough memory.
     pub fn of(
         scene: &Scene,
         placed: &Placed,
@@ -241,6 +248,9 @@ impl PiecePresses {
     }
 
     /// Fits a patch, with its rim springs if it has some, to the answers for the fit.
+    ///
+    /// # Errors
+    /// Fails if the patch cannot be pressed.
     pub fn fit(
         &self,
         (tissue, rim): (&Tissue, Option<&RimSprings>),
@@ -278,6 +288,9 @@ impl PiecePresses {
     }
 
     /// Fits the patch that was cut out of the tissue.
+    ///
+    /// # Errors
+    /// Fails if the patch cannot be pressed.
     pub fn fit_piece(
         &self,
         prepared: &Prepared,
@@ -319,6 +332,7 @@ fn glued_around(solved: &[GluedAnswer], probe_m: f64) -> Vec<GluedAnswer> {
 }
 
 /// Tissue of a scene in the form in which answers and records contain it.
+#[must_use]
 pub fn tissue_of(scene: &Scene) -> AnswerTissue {
     let tissue = &scene.tissue;
     AnswerTissue {

@@ -89,6 +89,7 @@ pub struct Presses {
 
 impl Presses {
     /// The presses that the fit of a scene on a block needs.
+    #[must_use]
     pub fn of(scene: &Scene, tissue: &Tissue, level: Level) -> Self {
         let radius_m = scene.probe.radius_m;
         let deepest_m = tissue.depth_limit_m / DEPTH_MARGIN;

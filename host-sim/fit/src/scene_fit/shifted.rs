@@ -7,6 +7,7 @@ use palpate_tissue::mesh::TetMesh;
 
 /// Moves the middle of a block with sides `size_m` by `offset_m` [m]. The sum of `kept_m` and the
 /// offset must be less than half a side.
+#[must_use]
 pub fn shifted(mesh: &TetMesh, size_m: [f64; 3], kept_m: f64, offset_m: [f64; 2]) -> TetMesh {
     let mut mesh = mesh.clone();
     for node in &mut mesh.nodes_m {

@@ -47,10 +47,16 @@ pub trait PressListener: Sync {
     fn reached(&self, job: &PressJob, depth_m: f64);
 
     /// Called when a press is complete, either computed `anew` or read from storage.
+    ///
+    /// # Errors
+    /// Fails if the press cannot be stored.
     fn done(&self, job: &PressJob, forces: &Forces, anew: bool) -> Result<(), Error>;
 }
 
 /// Solves all presses that are not stored, one per core at a time.
+///
+/// # Errors
+/// Fails if a mesh cannot be generated, or if a press does not converge or cannot be stored.
 pub fn solve_all(scene: &Scene, presses: &Presses, watch: &impl PressListener) -> Result<Vec<(PressJob, Forces)>, Error> {
     let one = |job: &PressJob, starts: &Starts| {
         let stored = watch.stored(job);

@@ -58,11 +58,15 @@ pub struct Solver {
 
 impl Solver {
     /// Analyses a mesh; returns `None` if the mesh is too large to be analysed.
+    #[must_use]
     pub fn of(statics: &Statics) -> Option<Self> {
         Pattern::of(statics).map(|pattern| Self { pattern })
     }
 
     /// The patch at rest, with the probe `clear_m` above the site `site_m` [m].
+    ///
+    /// # Errors
+    /// [`Unbalanced`] if the stiffness at rest is not positive definite.
     pub fn rest(&self, statics: &Statics, site_m: Vector, clear_m: f64) -> Result<Balance, Unbalanced> {
         let tip_m = site_m + statics.axis() * clear_m;
         let failed = |_| Unbalanced { depth_mm: 0.0, steps: 0 };
@@ -72,6 +76,9 @@ impl Solver {
 
     /// Moves the tip of a pressed patch to `tip_m`, at the depth `depth_m`, in as many pieces as
     /// necessary.
+    ///
+    /// # Errors
+    /// [`Unbalanced`] if Newton's iteration does not converge.
     pub fn press(&self, statics: &Statics, from: &Balance, tip_m: Vector, depth_m: f64) -> Result<Balance, Unbalanced> {
         let (mut here, mut gone, mut piece) = (from.clone(), 0.0, 1.0_f64);
         while gone < 1.0 {
@@ -87,6 +94,9 @@ impl Solver {
     }
 
     /// Finds the equilibrium under a tip at `tip_m`, starting from the positions `x_m`.
+    ///
+    /// # Errors
+    /// [`Unbalanced`] if Newton's iteration does not converge.
     pub fn balance(&self, statics: &Statics, mut x_m: Vec<Vector>, tip_m: Vector, depth_m: f64) -> Result<Balance, Unbalanced> {
         let failed = |steps| Unbalanced { depth_mm: depth_m * 1e3, steps };
         let mut factor: Option<Factor> = None;
@@ -159,11 +169,13 @@ impl Solver {
 impl Balance {
     /// Small displacements of the nodes [1/m] under small forces on the nodes over E, about the
     /// equilibrium; anchors do not move.
+    #[must_use]
     pub fn answer(&self, statics: &Statics, force: &[Vector]) -> Vec<Vector> {
         self.factor.solve_nodes(statics, force)
     }
 
     /// Returns the patch at rest with the tip of its probe, which does not touch it, at `tip_m`.
+    #[must_use]
     pub fn with_tip(&self, tip_m: Vector) -> Self {
         Self { tip_m, ..self.clone() }
     }
@@ -188,6 +200,7 @@ fn norm(v: &[Vector]) -> f64 {
 impl Statics {
     /// Gradient of the energy over E with respect to every node's position [m^2] (zero at anchors),
     /// and force on the probe along its axis over E [m^2].
+    #[must_use]
     pub fn slope(&self, x: &[Vector], tip_m: Vector) -> (Vec<Vector>, f64) {
         let mut slope = vec![Vector::zeros(); x.len()];
         let pushes = self.pushes(x, tip_m);

@@ -44,6 +44,10 @@ pub struct Glued {
 impl Solver {
     /// Glues a disc of radius `radius_m` to the surface around `place_m` [m] and moves it along
     /// `direction`, a vector of any non-zero length.
+    ///
+    /// # Errors
+    /// [`Unbalanced`] if there is no foundation point under the disc, or if the stiffness at rest
+    /// is not positive definite.
     pub fn glued(&self, statics: &Statics, place_m: Vector, radius_m: f64, direction: Vector) -> Result<Glued, Unbalanced> {
         let failed = Unbalanced { depth_mm: 0.0, steps: 0 };
         let direction = direction.try_normalize(0.0).ok_or(failed)?;
@@ -90,6 +94,7 @@ impl Statics {
 impl Glued {
     /// Derivatives of [`Self::stiffness_m`] [m]. Those with respect to stiffening and compensation
     /// are zero at rest, and the rim springs are not treated as constants here.
+    #[must_use]
     pub fn gradient(&self, statics: &Statics) -> Gradient {
         let (x, u) = (&statics.rest_m, &self.u);
         let spring = statics.springs.iter().map(|s| {

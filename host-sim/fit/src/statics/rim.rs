@@ -54,11 +54,13 @@ impl Rim {
 impl Statics {
     /// Returns the patch with another far field: `stiffness_m` is its stiffness over E between the
     /// rim nodes, shape [3 rim nodes][3 rim nodes].
+    #[must_use]
     pub fn with_rim(&self, node: &[usize], stiffness_m: &Mat<f64>) -> Self {
         Self { rim: Some(Rim { node: node.to_vec(), stiffness_m: stiffness_m.clone() }), ..self.clone() }
     }
 
     /// Returns the patch with further nodes fixed.
+    #[must_use]
     pub fn with_fixed(&self, node: &[usize]) -> Self {
         let mut fixed = self.clone();
         node.iter().for_each(|n| fixed.free[*n] = None);

@@ -32,6 +32,7 @@ pub struct Gradient {
 
 impl Balance {
     /// Derivatives of the force on the probe over E [m^2].
+    #[must_use]
     pub fn force_gradient(&self, statics: &Statics) -> Gradient {
         let axis = statics.axis();
         let mut by_position = vec![Vector::zeros(); self.x_m.len()];
@@ -47,6 +48,7 @@ impl Balance {
     /// Derivatives of `along . position of the surface at the node` [m]. A node inside the probe
     /// carries a compressed layer whose outer face is on the probe; there only the displacement
     /// tangential to the probe's surface counts.
+    #[must_use]
     pub fn surface_gradient(&self, statics: &Statics, node: usize, along: Vector) -> Gradient {
         let mut by_position = vec![Vector::zeros(); self.x_m.len()];
         by_position[node] = match statics.inside(self.x_m[node] - self.tip_m) {
@@ -59,6 +61,7 @@ impl Balance {
 
     /// Position of the surface at a node [m]: that of the node, or the nearest point on the probe's
     /// surface if the node is inside.
+    #[must_use]
     pub fn surface_m(&self, statics: &Statics, node: usize) -> Vector {
         let x = self.x_m[node];
         statics.inside(x - self.tip_m).map_or(x, |(pen, out, _)| x + out * pen)

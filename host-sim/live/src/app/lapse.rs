@@ -28,11 +28,13 @@ impl Lapse {
     }
 
     /// Dropped time [ms]; `None` once it is no longer shown.
+    #[must_use]
     pub fn ms(&self, now_s: f64) -> Option<u64> {
         (now_s < self.until_s).then_some(self.ms)
     }
 
     /// A sentence about the dropped time, if it is still shown and is long enough to be felt.
+    #[must_use]
     pub fn sentence(&self, now_s: f64) -> Option<String> {
         let ms = self.ms(now_s).filter(|ms| *ms > WORTH_A_SENTENCE_MS)?;
         Some(format!("{ms} ms of the tissue's time were dropped: machine busy or asleep."))

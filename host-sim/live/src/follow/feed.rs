@@ -74,6 +74,7 @@ pub struct Feed {
 
 impl Feed {
     /// Starts the thread, which ends when this value is dropped.
+    #[must_use]
     pub fn start(path: &Path, given: Given) -> Self {
         let (telling, heard) = channel();
         let refused = Arc::new(Mutex::new(None));
@@ -95,6 +96,7 @@ impl Feed {
     }
 
     /// The line that says why the file is not a table of a board's records, as long as it is not.
+    #[must_use]
     pub fn refused(&self) -> Arc<Mutex<Option<String>>> {
         Arc::clone(&self.refused)
     }
@@ -132,6 +134,7 @@ pub struct Follower {
 
 impl Follower {
     /// Starts to follow a file that may not exist yet.
+    #[must_use]
     pub fn of(path: &Path, given: Given) -> Self {
         Self {
             tail: Tail::of(path),

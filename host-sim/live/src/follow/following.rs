@@ -41,6 +41,7 @@ pub struct Step {
 
 impl Step {
     /// Number of records that are missing between this row and the one before.
+    #[must_use]
     pub fn lost(&self) -> u32 {
         self.ticks.map_or(0, |ticks| ticks.saturating_sub(1) / RECORD_TICKS)
     }
@@ -100,6 +101,7 @@ impl Following {
     }
 
     /// State of the file.
+    #[must_use]
     pub fn phase(&self, now_s: f64) -> Phase {
         match (&self.bad, self.last) {
             (Some(why), _) => Phase::Bad(why.clone()),
@@ -111,11 +113,13 @@ impl Following {
     }
 
     /// Age of the last record [s]; zero without one.
+    #[must_use]
     pub fn silent_s(&self, now_s: f64) -> f64 {
         self.last.map_or(0.0, |_| (now_s - self.written_s).max(0.0))
     }
 
     /// The last record, however old it is.
+    #[must_use]
     pub fn last(&self) -> Option<&Row> {
         self.last.as_ref()
     }

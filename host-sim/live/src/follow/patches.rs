@@ -27,6 +27,9 @@ pub enum Given {
 
 impl Given {
     /// Reads and checks the scene or patch that the command line names.
+    ///
+    /// # Errors
+    /// Returns one line that names the file, the reason and the fix.
     pub fn of(scene: Option<&str>, patch: Option<&Path>) -> Result<Self, String> {
         if let Some(path) = patch {
             let place = path.display();
@@ -42,6 +45,9 @@ impl Given {
     }
 
     /// Prepares the patch to show for a board whose patch has this checksum.
+    ///
+    /// # Errors
+    /// The scene cannot be used; the reason is one line.
     pub fn chosen(&self, board: u32) -> Result<Chosen, String> {
         match self {
             Self::File(name, bytes) => Chosen::packed(name, bytes),

@@ -48,6 +48,7 @@ pub struct Follow {
 
 impl Follow {
     /// Creates the screen for `feed`, which reads `path`; pictures go into `folder`.
+    #[must_use]
     pub fn new(ctx: &egui::Context, feed: Feed, path: String, folder: PathBuf) -> Self {
         dress(ctx);
         Self {
@@ -125,6 +126,7 @@ impl Follow {
     }
 
     /// Returns the displayed state in numbers, as JSON, for scripts that drive the window.
+    #[must_use]
     pub fn numbers(&self) -> serde_json::Value {
         let (row, answer) = (self.present(), self.state.answer);
         let absence = words::absence(&self.phase(), self.silent_s(), &self.path);

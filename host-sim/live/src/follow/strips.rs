@@ -84,6 +84,7 @@ impl Strips {
     }
 
     /// Number of records that are shown.
+    #[must_use]
     pub fn len(&self) -> usize {
         self.dots.len()
     }

@@ -52,6 +52,7 @@ pub struct Tail {
 
 impl Tail {
     /// Starts to follow a file that may not exist yet.
+    #[must_use]
     pub fn of(path: &Path) -> Self {
         Self { path: path.into(), offset: 0, kept: Vec::new(), part: Vec::new(), lines: 0, columns: None, bad: None }
     }

@@ -64,6 +64,7 @@ pub struct Twin {
 
 impl Twin {
     /// Creates the twin of the chosen patch, at rest.
+    #[must_use]
     pub fn of(chosen: Chosen) -> Self {
         let Chosen { tissue, checksum, .. } = chosen;
         let placement = Placement::new(tissue.patch().site_m(), tissue.params().probe.axis);
@@ -136,6 +137,7 @@ impl Twin {
 
     /// The picture in the frame of the patch: the board's tip and force, and the nodes of this
     /// machine's patch.
+    #[must_use]
     pub fn frame(&self, row: &Row, body: u32) -> Frame {
         let tip_m = self.placement.to_patch(row.tip_m.into());
         let touches = self.output.normal != V::zeros();

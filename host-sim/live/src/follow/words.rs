@@ -7,6 +7,7 @@ use super::following::Phase;
 use super::twin::Apart;
 
 /// Name of the board's mode with this number.
+#[must_use]
 pub fn mode(number: u8) -> &'static str {
     match Mode::ALL.get(usize::from(number)) {
         Some(Mode::Boot | Mode::SelfTest) => "starts up: no force",
@@ -21,6 +22,7 @@ pub fn mode(number: u8) -> &'static str {
 }
 
 /// A time span [s] in a suitable unit.
+#[must_use]
 pub fn span(s: f64) -> String {
     match s {
         _ if s < 9.95 => format!("{s:.1} s"),
@@ -31,6 +33,7 @@ pub fn span(s: f64) -> String {
 }
 
 /// Why there is no current record, and what to do about it; `None` while records arrive.
+#[must_use]
 pub fn absence(phase: &Phase, silent_s: f64, path: &str) -> Option<[String; 2]> {
     let arm = format!("palpate board arm --stream {path} --port PORT");
     match phase {
@@ -47,17 +50,20 @@ pub fn absence(phase: &Phase, silent_s: f64, path: &str) -> Option<[String; 2]> 
 }
 
 /// Force of the board with its unit; a dash if there is no current record.
+#[must_use]
 pub fn force(row: Option<&Row>, of: fn(&Row) -> [f32; 3]) -> String {
     row.map_or_else(|| "-".into(), |row| format!("{:.3} N", length(of(row))))
 }
 
 /// Length of a vector.
+#[must_use]
 pub fn length(vector: [f32; 3]) -> f32 {
     vector.iter().map(|part| part * part).sum::<f32>().sqrt()
 }
 
 /// A sentence on the difference of the two forces: its value, absolute and relative, or why it is
 /// not known.
+#[must_use]
 pub fn difference(differs_n: Result<f32, Apart>, model_n: f32) -> String {
     /// Least force for which the relative difference is given [N].
     const LEAST_N: f32 = 0.01;

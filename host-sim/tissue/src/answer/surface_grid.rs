@@ -18,6 +18,7 @@ pub struct SurfaceGrid {
 impl SurfaceGrid {
     /// Samples a displacement field; `at` gives the displacement [m] at an offset from the place
     /// [m].
+    #[must_use]
     pub fn sample(spacing_m: f64, half_count: usize, at: impl Fn([f64; 2]) -> [f64; 3]) -> Self {
         let side = 2 * half_count + 1;
         let offset_m = |n: usize| (n as f64 - half_count as f64) * spacing_m;
@@ -29,6 +30,7 @@ impl SurfaceGrid {
     /// Displacement [m] at an offset from the place [m]; `None` outside the grid.
     ///
     /// Bicubic (Catmull and Rom 1974), with the outermost rows repeated.
+    #[must_use]
     pub fn at_m(&self, offset_m: [f64; 2]) -> Option<[f64; 3]> {
         let side = 2 * self.half_count + 1;
         let [x, y] = offset_m.map(|o| o / self.spacing_m + self.half_count as f64);

@@ -92,6 +92,9 @@ pub enum BlockError {
 }
 
 /// Meshes a block. The same spec gives the same bits on every machine.
+///
+/// # Errors
+/// Fails if the spec is out of bounds, or has too few nodes for its proportions.
 pub fn block(spec: &BlockSpec) -> Result<TetMesh, BlockError> {
     let nodes = spec.nodes;
     let mut grading = unit_grading(spec)?;
@@ -105,6 +108,9 @@ pub fn block(spec: &BlockSpec) -> Result<TetMesh, BlockError> {
 }
 
 /// Meshes a block with the nodes of its spec, or with the fewest that its proportions need.
+///
+/// # Errors
+/// The spec is out of bounds for another reason.
 pub fn block_of_at_least(spec: &BlockSpec) -> Result<TetMesh, BlockError> {
     match block(spec) {
         Err(BlockError::TooFew { least, .. }) => block(&BlockSpec { nodes: least, ..*spec }),

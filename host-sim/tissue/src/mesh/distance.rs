@@ -73,6 +73,7 @@ struct Nearest {
 
 impl ClosedSurface {
     /// The surface of a mesh whose tets are positively oriented; `None` if there are no tets.
+    #[must_use]
     pub fn of(mesh: &TetMesh) -> Option<Self> {
         Self::of_triangles(&mesh.nodes_m, &surface::surface(&mesh.tets))
     }
@@ -80,6 +81,7 @@ impl ClosedSurface {
     /// The surface of triangles that are counter-clockwise seen from outside, and each of whose
     /// edges is in two of them; `None` if there are no triangles. A triangle without area has no
     /// normal of its own.
+    #[must_use]
     pub fn of_triangles(nodes_m: &[[f64; 3]], triangles: &[[u32; 3]]) -> Option<Self> {
         let place = |n: u32| V3::from(nodes_m[n as usize]);
         let normals: Vec<V3> = triangles
@@ -126,6 +128,7 @@ impl ClosedSurface {
     }
 
     /// Lowest and highest corner [m] of the box around the surface.
+    #[must_use]
     pub fn bounds_m(&self) -> [[f64; 3]; 2] {
         [self.boxes[0].low.into(), self.boxes[0].high.into()]
     }
@@ -137,6 +140,7 @@ impl ClosedSurface {
 
     /// The triangles in the order of the list that the surface was made of, and whether each is
     /// part of the wall of a cavity.
+    #[must_use]
     pub fn in_order_m(&self) -> Vec<([V3; 3], bool)> {
         let mut facets: Vec<&Facet> = self.facets.iter().collect();
         facets.sort_unstable_by_key(|facet| facet.triangle);
@@ -144,18 +148,21 @@ impl ClosedSurface {
     }
 
     /// Number of cavities.
+    #[must_use]
     pub fn hollows(&self) -> usize {
         self.hollows
     }
 
     /// Whether the part of the surface nearest to a place is the wall of a cavity, and its outward
     /// unit normal.
+    #[must_use]
     pub fn wall(&self, at_m: [f64; 3]) -> (bool, [f64; 3]) {
         let facet = &self.facets[self.nearest(&V3::from(at_m)).facet];
         (facet.is_inner, facet.normal.into())
     }
 
     /// Nearest point of the surface, and signed distance to it.
+    #[must_use]
     pub fn foot(&self, at_m: [f64; 3]) -> Foot {
         let point = V3::from(at_m);
         let Nearest { squared, facet, at, looked_at } = self.nearest(&point);

@@ -54,6 +54,7 @@ pub struct ImportReport {
 
 impl ImportReport {
     /// Phrases for every change on the way from the solids of the file to tets.
+    #[must_use]
     pub fn notes(&self) -> Vec<String> {
         let divided = self.divided.iter().map(|(kind, n)| format!("{n} element(s) of type {kind} divided into tets"));
         let corners = self.by_corners.iter().map(|(kind, n)| format!("{n} {kind}(s) of second order read by their corners"));
@@ -72,11 +73,17 @@ pub enum MeshFile {
 }
 
 /// Reads and checks the mesh or the surface in the file at `path`, `unit_m` metres per file unit.
+///
+/// # Errors
+/// Errors of [`open_turned`].
 pub fn open(path: &Path, unit_m: f64) -> Result<MeshFile, MeshError> {
     open_turned(path, unit_m, Up::default())
 }
 
 /// Like [`open`], with the axis of the file that points up.
+///
+/// # Errors
+/// The first defect that is found: of the file, of its text, of a number in it, or of the mesh.
 pub fn open_turned(path: &Path, unit_m: f64, up: Up) -> Result<MeshFile, MeshError> {
     if !(unit_m > 0.0 && unit_m.is_finite()) {
         return Err(whole_file(path, Defect::LengthUnit(unit_m)));
@@ -147,6 +154,9 @@ fn is_wide(head: &[u8]) -> bool {
 }
 
 /// Reads, checks and orients the mesh in the file at `path`, `unit_m` metres per file unit.
+///
+/// # Errors
+/// Errors of [`open`]; also if the file contains a surface.
 pub fn import(path: &Path, unit_m: f64) -> Result<Imported, MeshError> {
     match open(path, unit_m)? {
         MeshFile::Tets(imported) => Ok(imported),

@@ -45,6 +45,7 @@ pub(super) fn quality(corners: [[f64; 3]; 4]) -> f64 {
 }
 
 /// Index and quality of the flattest tet; `None` without tets.
+#[must_use]
 pub fn worst(mesh: &super::TetMesh) -> Option<WorstTet> {
     let each = mesh.tets.iter().map(|tet| quality(corners(&mesh.nodes_m, *tet))).enumerate();
     each.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(index, quality)| WorstTet { index, quality })

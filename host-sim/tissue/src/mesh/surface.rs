@@ -36,6 +36,7 @@ pub(crate) fn face_sides(tets: &[[u32; 4]]) -> Vec<FaceSide> {
 
 /// Boundary triangles, shape `[triangles][3]`: the faces that belong to only one tet, in the order
 /// of the tets. They are counter-clockwise seen from outside if every tet is positively oriented.
+#[must_use]
 pub fn surface(tets: &[[u32; 4]]) -> Vec<[u32; 3]> {
     let sides = face_sides(tets);
     let mut open: Vec<_> = sides
@@ -50,6 +51,7 @@ pub fn surface(tets: &[[u32; 4]]) -> Vec<[u32; 3]> {
 }
 
 /// Number of pieces; two tets are connected if they share a face.
+#[must_use]
 pub fn pieces(tets: &[[u32; 4]]) -> usize {
     let mut parent: Vec<usize> = (0..tets.len()).collect();
     let mut first = |mut tet: usize, joined: Option<usize>| {
@@ -118,12 +120,14 @@ pub(super) fn walls(nodes_m: &[[f64; 3]], triangles: &[[u32; 3]]) -> Walls {
 
 /// Number of internal cavities of a mesh; `None` if the wall of one has a node in common with the
 /// skin or another wall, so that no tissue is left between them.
+#[must_use]
 pub fn hollows(mesh: &TetMesh) -> Option<usize> {
     let walls = walls(&mesh.nodes_m, &surface(&mesh.tets));
     (!walls.touch).then_some(walls.hollows)
 }
 
 /// Whether each node lies on the wall of an internal cavity, shape `[nodes]`.
+#[must_use]
 pub fn hollow(mesh: &TetMesh) -> Vec<bool> {
     let boundary = surface(&mesh.tets);
     let mut on_wall = vec![false; mesh.nodes_m.len()];
@@ -144,6 +148,7 @@ fn root(parent: &mut [usize], mut node: usize) -> usize {
 }
 
 /// Edges `[i, j]`, `i < j`, each once, in rising order, shape `[edges][2]`.
+#[must_use]
 pub fn edges(tets: &[[u32; 4]]) -> Vec<[u32; 2]> {
     let mut edges: Vec<_> = tets
         .iter()

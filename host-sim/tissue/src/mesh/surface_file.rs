@@ -64,6 +64,7 @@ pub struct SurfaceReport {
 
 impl SurfaceReport {
     /// Phrases for everything that was left out or is doubtful.
+    #[must_use]
     pub fn notes(&self) -> Vec<String> {
         let copies = (self.copies > 0).then(|| format!("{} triangle(s) left out, copies of others", self.copies));
         let labels = (self.labels > 0).then(|| {

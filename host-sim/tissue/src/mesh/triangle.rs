@@ -8,6 +8,7 @@ const SIDES: [[usize; 2]; 3] = [[0, 1], [1, 2], [2, 0]];
 /// Area coordinates of the point of a triangle that is nearest to `point`: the foot of the
 /// perpendicular if that lies within the triangle, else a point on a side. For a point on a side or
 /// at a corner, the coordinates that vanish there are exactly 0.
+#[must_use]
 pub fn nearest_on_triangle(corners: &[Vector3<f64>; 3], point: &Vector3<f64>) -> [f64; 3] {
     let normal = (corners[1] - corners[0]).cross(&(corners[2] - corners[0]));
     let opposite = |k: usize| {
@@ -34,6 +35,7 @@ const EDGE: f64 = 1e-9;
 
 /// Distance along a ray at which it enters a triangle from outside [m] (Moeller and Trumbore 1997);
 /// `None` if it misses.
+#[must_use]
 pub fn entry_m([a, b, c]: [Vector3<f64>; 3], from: &Vector3<f64>, direction: &Vector3<f64>) -> Option<f64> {
     let (u, v, w) = (b - a, c - a, from - a);
     let across = direction.cross(&v);

@@ -16,6 +16,9 @@ impl LengthUnit {
     pub const NAMED: [(&str, f64); 4] = [("m", 1.0), ("mm", 1e-3), ("cm", 1e-2), ("um", 1e-6)];
 
     /// Makes a unit from its length in metres.
+    ///
+    /// # Errors
+    /// The length is zero, negative or not finite.
     pub fn of_metres(metres: f64) -> Result<Self, String> {
         if metres.is_finite() && metres > 0.0 {
             Ok(Self { metres })

@@ -29,6 +29,7 @@ pub enum Up {
 
 impl Up {
     /// A position of the file in the scene's axes.
+    #[must_use]
     pub fn turned(self, [x, y, z]: [f64; 3]) -> [f64; 3] {
         match self {
             Self::X => [y, z, x],

@@ -47,6 +47,9 @@ pub struct RampError {
 
 impl Ramp {
     /// Reads the table of a stored ramp.
+    ///
+    /// # Errors
+    /// The motion is not a ramp, or the table cannot be read.
     pub fn of(truth: Truth) -> Result<Self, TruthError> {
         let Trajectory::Ramp { speed_mm_per_s, .. } = truth.trajectory else {
             return Err(TruthError::NoRamp { name: truth.name });
@@ -55,12 +58,18 @@ impl Ramp {
     }
 
     /// Reads the stored ramp of this name.
+    ///
+    /// # Errors
+    /// Errors of [`Self::of`], and an unknown name.
     pub fn named(name: &str) -> Result<Self, TruthError> {
         Self::of(Truth::named(name)?)
     }
 
     /// The stored ramps with a scene's tissue, probe and place, slowest first. The scene's own
     /// drive does not matter. Empty if no dynamic reference is stored for the scene.
+    ///
+    /// # Errors
+    /// Errors of [`Self::of`].
     pub fn of_scene(scene: &Scene) -> Result<Vec<Self>, TruthError> {
         let ramps = TRUTHS.into_iter().filter(|truth| matches!(truth.trajectory, Trajectory::Ramp { .. }) && truth.is_of(scene));
         let mut ramps = ramps.map(Self::of).collect::<Result<Vec<_>, _>>()?;
@@ -70,12 +79,14 @@ impl Ramp {
 
     /// Depths of the tip at the end of each millisecond [m], in the order in which [`Self::judge`]
     /// commands them.
+    #[must_use]
     pub fn depths_m(&self) -> Vec<f64> {
         (-LEAD_TICKS..=self.ticks() + HOLD_TICKS).map(|n| self.depth_m(n)).collect()
     }
 
     /// Reference force over Young's modulus at each tick that is evaluated [m^2]; the first is the
     /// tick after the touch.
+    #[must_use]
     pub fn judged_force_over_e_m2(&self) -> Vec<f64> {
         (1..=self.judged_ticks()).map(|n| self.table.force_over_e_m2(f64::from(n) * 1e-3)[2]).collect()
     }
@@ -101,6 +112,9 @@ impl Ramp {
     /// Moves a probe as in the reference and compares the forces. `tick` receives the depth of the
     /// tip at the end of each millisecond [m] and returns the force on the probe along the press
     /// [N].
+    ///
+    /// # Errors
+    /// Returns the first error of `tick`.
     pub fn judge<E>(&self, mut tick: impl FnMut(f64) -> Result<f64, E>) -> Result<RampError, E> {
         let true_m2 = |t_s: f64| self.table.force_over_e_m2(t_s)[2];
         let step_m = self.step_m();
@@ -134,6 +148,10 @@ impl Ramp {
     }
 
     /// Judges a patch that is pressed at a place of its surface [m].
+    ///
+    /// # Errors
+    /// A model that the core refuses; the inner error is the fault of a patch that does not survive
+    /// the ramp.
     pub fn judge_patch(&self, patch: &Patch, params: &Params, site_m: Vector3<f32>) -> Result<Result<RampError, Fault>, Error> {
         let model = patch.wide_model();
         let mut memory = Memory::for_model(&model);

@@ -33,6 +33,7 @@ const DRAG_M_PER_S: f64 = 0.06;
 /// Multiplies the number of substeps by `times`. The mass floor is that of the shorter substep,
 /// lower by the square of `times`; the largest speed at which the probe may sink is multiplied by
 /// `times`.
+#[must_use]
 pub fn with_substeps(params: &Params, times: u16) -> Params {
     let n = f32::from(times);
     let max_sink_m_per_s = (params.limits.max_sink_m_per_s * n).min(GuardLimits::HIGHEST.max_sink_m_per_s);
@@ -106,6 +107,7 @@ pub struct Worst {
 
 impl Worst {
     /// The worse of two.
+    #[must_use]
     pub fn or(self, other: Self) -> Self {
         if other.rms_pct > self.rms_pct { other } else { self }
     }
@@ -122,6 +124,9 @@ pub struct SelfCheck {
 impl SelfCheck {
     /// Runs a patch with much shorter substeps as the reference, at the site and beside it. `None`
     /// if it does not survive a motion or gives no force.
+    ///
+    /// # Errors
+    /// Fails if the core rejects the model.
     pub fn of(patch: &Patch, params: &Params, approach: Approach) -> Result<Option<Self>, Error> {
         let (site_m, params) = (approach.site_m, with_substeps(params, FINER));
         let mut courses = Vec::new();
@@ -137,6 +142,9 @@ impl SelfCheck {
     }
 
     /// Largest error of the same patch with other substeps. `None` if it does not survive a motion.
+    ///
+    /// # Errors
+    /// Fails if the core rejects the model.
     pub fn worst(&self, patch: &Patch, params: &Params) -> Result<Option<Worst>, Error> {
         let mut worst = Worst { rms_pct: 0.0, motion: "" };
         for ((motion, tips), beside_m, true_n) in &self.courses {

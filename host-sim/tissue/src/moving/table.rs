@@ -33,11 +33,13 @@ impl Table {
     pub const VERSION: u32 = 1;
 
     /// Force on the probe over Young's modulus at a time [m^2], linear between rows.
+    #[must_use]
     pub fn force_over_e_m2(&self, t_s: f64) -> [f64; 3] {
         self.at(t_s).force_over_e_m2
     }
 
     /// Tip and force at a time, linear between rows; beyond the ends, the nearest row.
+    #[must_use]
     pub fn at(&self, t_s: f64) -> Row {
         let next = self.rows.partition_point(|row| row.t_s < t_s);
         match (next.checked_sub(1).and_then(|n| self.rows.get(n)), self.rows.get(next)) {
@@ -57,6 +59,7 @@ impl Table {
     }
 
     /// Writes the file: header lines, columns, rows.
+    #[must_use]
     pub fn to_csv(&self, header: &[String]) -> String {
         let mut text: String = header.iter().fold(String::new(), |text, line| text + "# " + line + "\n");
         text += COLUMNS;
@@ -69,6 +72,9 @@ impl Table {
     }
 
     /// Reads the text of a file; `file` names it in errors.
+    ///
+    /// # Errors
+    /// [`TruthError::Table`]: the first line that is wrong.
     pub fn parse(file: &str, text: &str) -> Result<Self, TruthError> {
         let wrong = |line: usize, why: &'static str| TruthError::Table { file: file.to_owned(), line: line + 1, why };
         let version = format!("# version = {},", Self::VERSION);

@@ -25,6 +25,10 @@ impl CourseError {
     /// Moves the probe on a patch as in the reference, one pose per tick, and compares the forces
     /// after every tick. `site_m` is the reference's place on this patch, in the frame of the block
     /// [m].
+    ///
+    /// # Errors
+    /// Fails if the reference cannot be read, or if the core rejects the model; the inner error is
+    /// the fault of a patch that does not survive the motion.
     pub fn of(truth: &Truth, patch: &Patch, params: &Params, site_m: Vector3<f32>) -> Result<Result<Self, Fault>, Error> {
         let table = truth.stored()?;
         let model = patch.wide_model();

@@ -51,6 +51,7 @@ pub enum Trajectory {
 
 impl Trajectory {
     /// Largest speed of the main part of the motion [mm/s], rounded down.
+    #[must_use]
     pub fn speed_mm_per_s(self) -> u32 {
         match self {
             Self::Ramp { speed_mm_per_s, .. } | Self::Tap { speed_mm_per_s } | Self::Drag { speed_mm_per_s } => speed_mm_per_s,
@@ -59,6 +60,7 @@ impl Trajectory {
     }
 
     /// Name of the motion in a report.
+    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Ramp { .. } => "stop",
@@ -134,11 +136,17 @@ pub const TRUTHS: [Truth; 29] = [
 
 impl Truth {
     /// Finds a stored reference by its name.
+    ///
+    /// # Errors
+    /// Fails with [`TruthError::Unknown`] if no stored reference has this name.
     pub fn named(name: &str) -> Result<Self, TruthError> {
         TRUTHS.into_iter().find(|truth| truth.name == name).ok_or_else(|| TruthError::Unknown { name: name.to_owned() })
     }
 
     /// Scene with the tissue and the place of the reference.
+    ///
+    /// # Errors
+    /// Fails if the preset cannot be read.
     pub fn scene(&self) -> Result<Scene, SceneError> {
         let preset = if self.site == Site::Nodule { "nodule" } else { "block" };
         let mut scene = Scene::load(preset)?;
@@ -153,6 +161,7 @@ impl Truth {
 
     /// Whether a scene has the tissue, probe and place of this reference; its number of nodes and
     /// its drive do not matter.
+    #[must_use]
     pub fn is_of(&self, scene: &Scene) -> bool {
         self.scene().is_ok_and(|own| {
             let place = |scene: &Scene| scene.probe.position_m.unwrap_or_default();
@@ -164,6 +173,9 @@ impl Truth {
     }
 
     /// Reads the stored table of the reference.
+    ///
+    /// # Errors
+    /// Fails with [`TruthError::Table`] if the stored table is invalid.
     pub fn stored(&self) -> Result<Table, TruthError> {
         Table::parse(self.name, self.text)
     }

@@ -52,12 +52,18 @@ impl Turned {
     /// Meshes the shape where `implicit_m` is negative, which must lie within `bounds_m`. Every tet
     /// is positively oriented, the mesh is one piece, every node belongs to a tet, and all regions
     /// are 0. `name` is used in messages.
+    ///
+    /// # Errors
+    /// A size that is out of range, or a spacing too coarse for the shape or too fine for memory.
     pub fn mesh(&self, name: &str, implicit_m: &dyn Fn([f64; 3]) -> f64, bounds_m: [[f64; 3]; 2]) -> Result<TetMesh, OrganError> {
         self.mesh_with(name, (implicit_m, false), bounds_m, Stance::Face)
     }
 
     /// Meshes the shape as [`Self::mesh`] does, on a lattice of the given stance. `is_distance`
     /// says that the implicit function is the distance, which saves most of its evaluations.
+    ///
+    /// # Errors
+    /// Errors of [`Self::mesh`].
     pub fn mesh_with(
         &self,
         name: &str,
@@ -150,6 +156,7 @@ impl Turned {
 /// Two unit vectors that form a right-handed frame with a unit normal, `[first, second, normal]`: x
 /// and y if the normal is z, otherwise with the first as near to x as possible (to y, if the normal
 /// is nearly x).
+#[must_use]
 pub fn tangents(normal: [f64; 3]) -> [[f64; 3]; 2] {
     let up = V3::from(normal).normalize();
     let near = if up.x.abs() < 0.9 { V3::x() } else { V3::y() };

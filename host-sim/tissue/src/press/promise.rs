@@ -25,6 +25,9 @@ impl Press {
     /// Checks that the run has no fault, no start inside the tissue and no inverted tet, that no
     /// tick of an emulated board and at most half of a desktop's are late, and that the force at
     /// the holds is positive, rises with depth and, for a force drive, equals its target.
+    ///
+    /// # Errors
+    /// Returns the first check that fails.
     pub fn check(&self, drive: &Drive) -> Result<(), Error> {
         let broken = |what: String| Err(Error::Check(what));
         if let Some(fault) = self.fault {

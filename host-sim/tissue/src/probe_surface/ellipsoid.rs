@@ -17,6 +17,7 @@ const ASIDE: f64 = 1e-12;
 /// The nearest point of the surface is `a_i^2 x_i / (t + a_i^2)`, with t the only root above `-min
 /// a_i^2` of `sum (a_i x_i / (t + a_i^2))^2 = 1` (Eberly, Distance from a point to an ellipsoid,
 /// 2013). It is found from below by Newton's method on the inverse root of the sum.
+#[must_use]
 pub fn ellipsoid(semi_axes_m: [f64; 3], x: Vector3<f64>) -> (f64, Vector3<f64>, Matrix3<f64>) {
     let semi = Vector3::from(semi_axes_m);
     let square = semi.component_mul(&semi);

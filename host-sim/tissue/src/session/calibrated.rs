@@ -62,17 +62,20 @@ pub fn as_shipped(scene: &Scene) -> Option<(Patch, Params)> {
 }
 
 /// The shipped patch with this number of nodes, and the parameters that it was packed with.
+#[must_use]
 pub fn sized(nodes: usize) -> Option<(Patch, Params)> {
     let size = SIZES.iter().position(|n| *n == nodes)?;
     packed::unpack(PATCHES[size]).ok()
 }
 
 /// The shipped patch file with this number of nodes.
+#[must_use]
 pub fn bytes(nodes: usize) -> Option<&'static [u8]> {
     SIZES.iter().position(|n| *n == nodes).map(|size| PATCHES[size])
 }
 
 /// Record of the fit of the shipped patch with this number of nodes.
+#[must_use]
 pub fn record(nodes: usize) -> Option<FitRecord> {
     let size = SIZES.iter().position(|n| *n == nodes)?;
     serde_json::from_str(RECORDS[size]).ok()

@@ -19,6 +19,7 @@ const MISSING_PCT: [(f64, f64); 4] = [(0.75, 12.0), (1.0, 20.0), (1.25, 25.0), (
 /// Share of the force that may be missing because the elements under the probe are coarse [%];
 /// `None` if they are fine enough, or if a calibration makes up for them. A built-in shape has a
 /// node at the site, and loses less.
+#[must_use]
 pub fn missing_pct(scene: &Scene, patch: &Patch) -> Option<f64> {
     let radii = patch.element_m() / scene.probe.radius_m;
     let is_counted = patch.fitted_places() == 0 && (scene.tissue.mesh.is_some() || radii > 1.0);

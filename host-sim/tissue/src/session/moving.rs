@@ -67,6 +67,7 @@ impl Tried {
 
 impl MovingReport {
     /// Whether the error is within the limit that the scene asks for, if it does.
+    #[must_use]
     pub fn keeps(&self) -> bool {
         !self.asked || self.within
     }
@@ -82,6 +83,10 @@ impl Session {
     /// scene's speed stays within the limit of the moving error. If the scene gives no limit and
     /// the default cannot be met, the number with the smallest error is used, and
     /// [`super::Report::moving`] records the error.
+    ///
+    /// # Errors
+    /// The limit that the scene gives cannot be met; the message says how many substeps or nodes
+    /// would meet it.
     pub fn for_motion(self, machine: &CostModel, scene: &Scene) -> Result<Self, Error> {
         let unjudged = |session: Self| match scene.solver.moving_error_pct {
             None => Ok(session),
@@ -103,6 +108,9 @@ impl Session {
     }
 
     /// Chooses the substeps with the smallest error among those with which `accepts` the session.
+    ///
+    /// # Errors
+    /// Fails if the core rejects the model.
     pub fn for_motion_as(
         self,
         machine: &CostModel,

@@ -55,6 +55,7 @@ pub enum Standing {
 
 impl Standing {
     /// Judges the patch of a scene.
+    #[must_use]
     pub fn of(scene: &Scene, session: &Session) -> Self {
         let patch = &session.patch;
         let (nodes, fitted_places) = (patch.model().nodes.len(), patch.fitted_places());
@@ -79,6 +80,7 @@ impl Standing {
     }
 
     /// A sentence or two that say how the patch of this scene was fitted.
+    #[must_use]
     pub fn sentence(&self, scene: &Scene) -> String {
         let advice = match scene.tissue.most_stiffening_b() > 0.0 {
             true => "palpate fit calibrates the tissue without stiffening_b, which serves any",
@@ -122,6 +124,7 @@ impl Standing {
 
 impl Standing {
     /// The expected error, in a few words.
+    #[must_use]
     pub fn short(&self) -> String {
         let short = match self {
             Self::Calibrated { record, beside } => {

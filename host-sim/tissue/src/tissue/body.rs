@@ -21,6 +21,7 @@ pub struct Tissue {
 
 impl Tissue {
     /// A tissue that can be touched on all sides.
+    #[must_use]
     pub fn closed(mesh: TetMesh, stiffness_ratio: Vec<f64>, anchors: Vec<u32>, site_m: [f64; 3], depth_limit_m: f64) -> Self {
         let skin = surface::surface(&mesh.tets);
         Self { mesh, stiffness_ratio, skin, anchors, site_m, depth_limit_m }

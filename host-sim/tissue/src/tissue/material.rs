@@ -20,6 +20,9 @@ pub struct Layout {
 
 impl Layout {
     /// Reads the material of a scene.
+    ///
+    /// # Errors
+    /// A region that the organ does not have, or that is given twice.
     pub fn of(scene: &Scene) -> Result<Self, SceneError> {
         let tissue = &scene.tissue;
         let named = tissue.organ.as_deref().map(Organ::named).transpose();
@@ -46,6 +49,7 @@ impl Layout {
     }
 
     /// Stiffness ratio at a point [m]: that of the region, times that of the ball there.
+    #[must_use]
     pub fn ratio_at(&self, at_m: [f64; 3]) -> f64 {
         let ball = self.ball_at(at_m).map_or(1.0, |ball| ball.stiffness_ratio);
         self.of_region(&self.by_region, at_m).unwrap_or(1.0) * ball
@@ -53,6 +57,7 @@ impl Layout {
 
     /// Stiffening exponent at a point [m] (1): the exponent of the ball there if it has one, else
     /// that of the region, else that of the tissue.
+    #[must_use]
     pub fn exponent_at(&self, at_m: [f64; 3]) -> f64 {
         let of_ball = self.ball_at(at_m).and_then(|ball| ball.stiffening_b);
         of_ball.or_else(|| self.of_region(&self.exponent_by_region, at_m)).unwrap_or(self.stiffening_b)
@@ -60,6 +65,7 @@ impl Layout {
 
     /// Steepness of every node of a mesh (1), for a patch whose exponent is `most_b`; empty if
     /// nothing stiffens or everything stiffens alike.
+    #[must_use]
     pub fn steepness(&self, mesh: &TetMesh, most_b: f64) -> Vec<f32> {
         match self.is_uniform() || most_b == 0.0 {
             true => Vec::new(),
@@ -72,11 +78,13 @@ impl Layout {
     }
 
     /// Whether the material is the same everywhere.
+    #[must_use]
     pub fn is_uniform(&self) -> bool {
         self.by_region.is_empty() && self.inclusions.is_empty()
     }
 
     /// Stiffness ratio of a tet, averaged over its volume (1).
+    #[must_use]
     pub fn of_tet(&self, mesh: &TetMesh, tet: &[u32; 4]) -> f64 {
         if self.by_region.is_empty() { ratio_of(mesh, tet, &self.inclusions) } else { blended(mesh, tet, |x| self.ratio_at(x)) }
     }

@@ -113,6 +113,9 @@ impl OrganSource {
     }
 
     /// The site, which must be within a probe radius of the surface.
+    ///
+    /// # Errors
+    /// The site is further away; the message gives the nearest surface point.
     pub fn near_site(&self, scene: &Scene) -> Result<Site, SceneError> {
         let site = self.site(scene)?;
         // written so that a distance that is not a number is refused

@@ -12,6 +12,7 @@ use crate::mesh::{TetMesh, six_volume};
 
 /// Steepness of every node of a mesh (1). `tissue_at` gives, at a point [m], the stiffness ratio
 /// and the exponent over that of the patch.
+#[must_use]
 pub fn steepness(mesh: &TetMesh, tissue_at: impl Fn([f64; 3]) -> [f64; 2]) -> Vec<f32> {
     // sums of ratio and exponent, weighted by volume
     let mut sums = vec![[0.0; 2]; mesh.nodes_m.len()];

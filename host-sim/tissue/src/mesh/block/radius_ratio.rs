@@ -4,6 +4,7 @@ use super::vector::{Vec3, add_scaled, cross, dot, sub};
 
 /// Three times inradius over circumradius: 1 for a regular tet, 0 for a flat one, negative for an
 /// inverted one.
+#[must_use]
 pub fn radius_ratio([a, b, c, d]: [Vec3; 4]) -> f64 {
     let (u, v, w) = (sub(b, a), sub(c, a), sub(d, a));
     let (uv, vw, wu) = (cross(u, v), cross(v, w), cross(w, u));

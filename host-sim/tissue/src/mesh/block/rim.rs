@@ -35,6 +35,10 @@ const HALVINGS: usize = 24;
 /// connected by faces and end on that half sphere: the rim nodes are on it, except at a few faces
 /// where no sound tets would fit. Another `variant` arranges the same number of nodes differently;
 /// for the same arguments the mesh is bit-identical on every machine.
+///
+/// # Errors
+/// Fails if a size is not positive, if the sizes do not fit the block, or if they require more
+/// nodes than a patch file can index.
 pub fn block_with_rim(size_m: [f64; 3], at_m: [f64; 2], sizes: &Sizes, variant: u32) -> Result<TetMesh, BlockError> {
     let grading = checked(size_m, at_m, sizes)?;
     let budget = grading.with_shell();

@@ -26,6 +26,10 @@ pub(super) struct Closed {
 }
 
 /// Merges corners at the same place and turns all triangles outward.
+///
+/// # Errors
+/// There are no triangles, an edge does not belong to two of them, the triangles cannot be oriented
+/// consistently, or there are several bodies.
 pub(super) fn close(raw: &RawSurface) -> Result<Closed, Defect> {
     let all = raw.triangles.len();
     let (mut vertices, unique, left_out) = welded(raw);
