@@ -9,7 +9,7 @@
 //! methods ─ suite (what each scene needs at least)
 //! study (cases, rows, claims, figures: runs, writes, prints and judges all of these)
 //! command (the studies of `palpate`)
-//! hanging (several organs in one mesh), dynamic (finite elements of a probe that moves)
+//! hanging (organs under their weight), dynamic (a probe that moves): finite elements
 //! paper_method (the models of the two papers on the core's tick)
 //! accept (the model against raw measurements of tissue)
 //! unseen (the stated error of random scenes against finite elements that no fit saw)

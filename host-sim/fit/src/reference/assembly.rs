@@ -17,11 +17,11 @@ pub struct Pattern {
 }
 
 impl Pattern {
-    /// The blocks of a mesh.
-    pub fn new(mesh: &QuadraticMesh) -> Self {
+    /// The blocks of a mesh, and the blocks between all nodes of each group.
+    pub fn new(mesh: &QuadraticMesh, groups: &[[u32; 12]]) -> Self {
         let count = mesh.nodes_m.len();
         let mut neighbours = vec![Vec::new(); count];
-        for together in &mesh.tets {
+        for together in mesh.tets.iter().map(|t| t.as_slice()).chain(groups.iter().map(|g| g.as_slice())) {
             for i in together {
                 neighbours[*i as usize].extend(together.iter().filter(|j| *j != i));
             }

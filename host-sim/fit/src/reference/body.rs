@@ -157,9 +157,14 @@ impl Body {
                 points.push(Point { gradients, volume_m3: share * volume_m3, mu, lambda, stiffening_b: stiffness.stiffening_b });
             }
         }
-        let pattern = Pattern::new(&mesh);
+        let pattern = Pattern::new(&mesh, &[]);
         let rounding_m3 = f64::EPSILON * points.iter().map(|point| point.mu * point.volume_m3).sum::<f64>();
         Self { points_per_tet: rule.len(), mesh, fixed, touchable, copies, pattern, points, rounding_m3 }
+    }
+
+    /// Reserves blocks of the tangent between all nodes of each group.
+    pub fn couple(&mut self, groups: &[[u32; 12]]) {
+        self.pattern = Pattern::new(&self.mesh, groups);
     }
 
     /// Energy over Young's modulus [m^3]; `None` if an element is inverted.

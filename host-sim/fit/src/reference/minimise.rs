@@ -149,6 +149,27 @@ impl Minimiser {
         Some(())
     }
 
+    /// First-order response of the free components to a displacement of the fixed ones (`moved_m`,
+    /// zero elsewhere) and to all unbalanced forces. Returns the displacement to be added.
+    pub fn carry(
+        &mut self,
+        potential: &impl Potential,
+        displacement_m: &[Vector3<f64>],
+        moved_m: &[Vector3<f64>],
+    ) -> Option<Vec<Vector3<f64>>> {
+        let body = potential.body();
+        let mut now = potential.assemble(displacement_m, true)?;
+        let pushed = body.tangent_times(&now, moved_m);
+        for (n, residual) in now.residual_m2.iter_mut().enumerate() {
+            for k in 0..3 {
+                residual[k] = if body.fixed[n][k] { -moved_m[n][k] } else { residual[k] + pushed[n][k] };
+            }
+        }
+        self.kept = None;
+        let step = self.direction(body, None, &mut now)?;
+        Some(step.chunks_exact(3).map(Vector3::from_column_slice).collect())
+    }
+
     /// Newton step, with the kept factor if there is one. The step of a fixed component is minus
     /// its residual.
     fn direction(&mut self, body: &Body, state: Option<State>, now: &mut Assembled) -> Option<Vec<f64>> {

@@ -11,7 +11,8 @@ use palpate_sim::provenance;
 pub(super) fn run(command: &PaperCommand) -> Result<(), Error> {
     match command {
         PaperCommand::VolumePreserved(args) => {
-            let options = volume_preserved::Options { quick: args.quick, provenance: provenance::of(None) };
+            let (scene, quick, solve) = (args.scene.clone(), args.quick, args.solve);
+            let options = volume_preserved::Options { scene, quick, solve, provenance: provenance::of(None) };
             let folder = folder(args.out.as_ref(), "volume-preserved");
             volume_preserved::run(&options, &folder, &progress::Progress::start())
         }

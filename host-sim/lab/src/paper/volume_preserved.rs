@@ -27,7 +27,7 @@ use assembly::Assembly;
 use method::{HangingMethod, Rest, Setup, hang};
 use palpate_tissue::output::OutputFolder;
 use scene::HangingScene;
-use truth::{Shipped, Truth};
+use truth::{Shipped, Truth, solve};
 
 /// Largest mean landmark error that is promised for the product at full resolution, after each move
 /// [m].
@@ -64,8 +64,12 @@ pub type MethodRun = (Setup, Vec<Result<Rest, Fault>>);
 /// Options of a run.
 #[derive(Clone, Debug)]
 pub struct Options {
+    /// Preset or file of the scene.
+    pub scene: String,
     /// Runs only the sparse resolution.
     pub quick: bool,
+    /// Recomputes the finite elements instead of using the shipped answers.
+    pub solve: bool,
     /// Origin of the report, which its summary states.
     pub provenance: serde_json::Value,
 }
@@ -76,24 +80,31 @@ const LONGEST_S: f64 = 6.0;
 const WEIGHT_M_PER_S2: [f64; 3] = [0.0, 0.0, -9.81];
 
 /// Runs the paper's section 3 and writes the report into the folder `out`, which is made once the
-/// organs are meshed.
+/// scene is known to be sound.
 pub fn run(options: &Options, out: &Path, progress: &dyn Progress) -> Result<(), Error> {
-    let scene = HangingScene::shipped()?;
+    let scene = HangingScene::load(&options.scene)?;
     let sizes: &[usize] = if options.quick { &[1] } else { &[0, 1] };
     let assemblies = sizes.iter().map(|at| assemble(&scene, *at)).collect::<Result<Vec<_>, _>>()?;
     let folder = OutputFolder::open(out)?.made_by(options.provenance.clone());
     let started = Instant::now();
     let mut resolutions = Vec::new();
     for (assembly, at) in assemblies.into_iter().zip(sizes) {
-        resolutions.push(at_resolution(assembly, NAMES[*at], &METHODS, progress)?);
+        resolutions.push(at_resolution(assembly, NAMES[*at], &METHODS, options.solve, progress)?);
     }
     let sparse = &resolutions[resolutions.len() - 1];
-    let subdivided = Shipped::load().and_then(|shipped| shipped.sparse_subdivided.for_assembly(&sparse.assembly));
+    let subdivided = subdivided(sparse, options.solve, progress)?;
+    if options.solve && !options.quick {
+        let shipped = subdivided.as_ref().map(|finer| truth::Shipped {
+            full: truth::Answer::of(&resolutions[0].assembly, &resolutions[0].truth),
+            sparse_subdivided: truth::Answer::of(&sparse.assembly, finer),
+        });
+        folder.write_json("hanging-liver.json", &shipped)?;
+    }
     let mut weighed = scene.clone();
     weighed.gravity_m_per_s2 = WEIGHT_M_PER_S2;
-    let weighed = match options.quick {
+    let weighed = match options.quick || scene.gravity_m_per_s2 != [0.0; 3] {
         true => None,
-        false => Some(at_resolution(assemble(&weighed, 1)?, NAMES[1], &[METHODS[0], METHODS[2]], progress)?),
+        false => Some(at_resolution(assemble(&weighed, 1)?, NAMES[1], &[METHODS[0], METHODS[2]], true, progress)?),
     };
     progress.clear();
     let found = report::Measurements {
@@ -118,14 +129,20 @@ fn assemble(scene: &HangingScene, at: usize) -> Result<Assembly<'_>, Error> {
     Assembly::build(scene, &tets, scene.surface.points[at])
 }
 
-/// Runs every method at one resolution.
+/// Solves the finite elements of one resolution or loads their shipped answer, then runs every
+/// method.
 fn at_resolution<'a>(
     assembly: Assembly<'a>,
     name: &'static str,
     methods: &[HangingMethod],
+    solve_anew: bool,
     progress: &dyn Progress,
 ) -> Result<Resolution<'a>, Error> {
-    let truth = Shipped::of(&assembly)?;
+    let shipped = Shipped::load().filter(|_| !solve_anew).and_then(|shipped| shipped.full.for_assembly(&assembly));
+    let truth = match shipped {
+        Some(truth) => truth,
+        None => solve(&assembly, |n, share| say_share(progress, name, &assembly, n, share))?,
+    };
     let mut runs = Vec::new();
     for method in methods {
         let setup = steps::working_setup(*method, &assembly, LONGEST_S)?;
@@ -137,4 +154,19 @@ fn at_resolution<'a>(
     let mut resolution = Resolution { name, assembly, truth, runs, picture_s: f64::NAN };
     resolution.picture_s = figures::time_of_one_s(&resolution)?;
     Ok(resolution)
+}
+
+/// Finite elements of the sparse resolution with every tet cut into eight; `None` unless they are
+/// shipped or requested.
+fn subdivided(sparse: &Resolution, solve_anew: bool, progress: &dyn Progress) -> Result<Option<Truth>, Error> {
+    if solve_anew {
+        let finer = sparse.assembly.subdivided();
+        return Ok(Some(solve(&finer, |n, share| say_share(progress, "sparse, subdivided", &finer, n, share))?));
+    }
+    Ok(Shipped::load().and_then(|shipped| shipped.sparse_subdivided.for_assembly(&sparse.assembly)))
+}
+
+fn say_share(progress: &dyn Progress, name: &str, assembly: &Assembly, n: usize, share: f64) {
+    let tets = assembly.quadratic.tets.len();
+    progress.say(format!("{name}: finite elements, {tets} tets, move {}, {:.0} %", n + 1, 100.0 * share));
 }

@@ -16,7 +16,3 @@ fn coarse() -> Settings {
 fn block() -> Scene {
     Scene::load("block").expect("a preset")
 }
-
-fn assert_within(what: &str, value: f64, known: f64, share: f64) {
-    assert!((value / known - 1.0).abs() < share, "{what}: {value:e}, should be {known:e} within {share:e}");
-}

@@ -23,6 +23,7 @@ mod accepted;
 mod dynamic_truth;
 mod fault_campaign;
 mod faults_are_printed;
+mod hanging;
 mod known_limit_cycle;
 mod methods_are_right;
 mod methods_never_allocate;

@@ -37,9 +37,16 @@ pub struct LocalCompressionArgs {
 
 #[derive(Args, Clone, Debug)]
 pub struct PaperArgs {
+    /// The preset, or the path of a scene file like host-sim/scenes/hanging-liver.toml.
+    #[arg(long, value_name = "NAME|FILE", default_value = "hanging-liver")]
+    pub scene: String,
     /// Use only the sparse resolution: 25 s of processor time, instead of some minutes.
     #[arg(long)]
     pub quick: bool,
+    /// Solve the finite elements of the full resolution again instead of using the shipped answer:
+    /// some 15 minutes more.
+    #[arg(long)]
+    pub solve: bool,
     /// Output folder, created if missing; a finished run replaces an earlier result in it [default:
     /// out/paper-NAME].
     #[arg(long, value_name = "FOLDER")]

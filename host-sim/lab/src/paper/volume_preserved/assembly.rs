@@ -16,8 +16,9 @@ use crate::hanging::locate::Locator;
 use crate::hanging::organs::{Organ, join};
 use palpate_fit::reference::nearest::{Nearest, nearest};
 use palpate_fit::reference::quadratic::QuadraticMesh;
-use palpate_fit::reference::shape::TET_EDGES;
+use palpate_fit::reference::shape::{TET_EDGES, TRIANGLE_EDGES};
 use palpate_tissue::mesh::TetMesh;
+use palpate_tissue::mesh::import::import;
 use palpate_tissue::organ::{Organ as Shape, Spec};
 use palpate_tissue::scene::SceneError;
 
@@ -56,10 +57,13 @@ impl<'a> Assembly<'a> {
     /// Meshes the organs with about `tets` tets each and finds the sets; `points` is the number of
     /// points sampled on the upper surface.
     pub fn build(scene: &'a HangingScene, tets: &[usize], points: usize) -> Result<Self, Error> {
-        let meshes = scene.organ.iter().zip(tets).map(|(organ, tets)| {
-            let refuse = |why: &dyn std::fmt::Display| SceneError::value(&scene.file, "organ.shape", &format!("{why}"));
-            let shape = Shape::named(&organ.shape).map_err(|why| refuse(&why))?;
-            Ok::<_, Error>(shape.mesh(&Spec::Tets(*tets)).map_err(|why| refuse(&why))?)
+        let meshes = scene.organ.iter().zip(tets).map(|(organ, tets)| match (&organ.mesh, organ.length_unit) {
+            (Some(path), Some(unit)) => Ok(import(path, unit.metres)?.mesh),
+            _ => {
+                let refuse = |why: &dyn std::fmt::Display| SceneError::value(&scene.file, "organ.shape", &format!("{why}"));
+                let shape = Shape::named(&organ.shape).map_err(|why| refuse(&why))?;
+                Ok::<_, Error>(shape.mesh(&Spec::Tets(*tets)).map_err(|why| refuse(&why))?)
+            }
         });
         let meshes = meshes.collect::<Result<Vec<_>, _>>()?;
         let mut assembly = Self::of(scene, meshes);
@@ -84,6 +88,43 @@ impl<'a> Assembly<'a> {
             landmarks: Vec::new(),
             surface: Vec::new(),
         }
+    }
+
+    /// Returns the scene with every tet cut into eight; shape, supports, joints and points do not
+    /// change.
+    pub fn subdivided(&self) -> Self {
+        let mut meshes = Vec::new();
+        for organ in &self.organs {
+            let start = organ.nodes.start as u32;
+            let tets: Vec<[u32; 4]> =
+                self.quadratic.tets[organ.tets.clone()].iter().flat_map(eighths).map(|t| t.map(|n| n - start)).collect();
+            let nodes_m = self.quadratic.nodes_m[organ.nodes.clone()].iter().map(|x| (*x).into()).collect();
+            meshes.push(TetMesh { nodes_m, regions: vec![0; tets.len()], tets });
+        }
+        let mut finer = Self::of(self.scene, meshes);
+        // the nodes of each organ in the coarse quadratic mesh are its corners in the finer mesh
+        let corner = |n: u32| {
+            let (old, new) = self.organs.iter().zip(&finer.organs).find(|(old, _)| old.nodes.contains(&(n as usize)))?;
+            Some(n - old.nodes.start as u32 + new.nodes.start as u32)
+        };
+        let moved = |nodes: &[u32]| nodes.iter().filter_map(|n| corner(*n)).collect::<Vec<u32>>();
+        let (mut fixed, mut held) = (moved(&self.fixed), moved(&self.held));
+        let parts = |triangles: &[usize]| -> BTreeSet<[u32; 3]> {
+            let quarters = triangles.iter().flat_map(|t| quarters(&self.quadratic.triangles[*t]));
+            quarters.map(|t| sorted(t.map(|n| corner(n).unwrap_or(n)))).collect()
+        };
+        let (joined, onto) = (parts(&self.joined), parts(&self.onto));
+        let find = |wanted: &BTreeSet<[u32; 3]>| {
+            let is = |t: &usize| wanted.contains(&sorted([0, 1, 2].map(|k| finer.quadratic.triangles[*t][k])));
+            (0..finer.quadratic.triangles.len()).filter(is).collect::<Vec<_>>()
+        };
+        let (joined, onto) = (find(&joined), find(&onto));
+        finer.add_middles(&mut fixed);
+        finer.add_middles(&mut held);
+        fixed.retain(|n| held.binary_search(n).is_err());
+        (finer.fixed, finer.held, finer.joined, finer.onto) = (fixed, held, joined, onto);
+        (finer.landmarks, finer.surface) = (self.landmarks.clone(), self.surface.clone());
+        finer
     }
 
     /// Adds the mid-edge nodes of edges whose ends are both in a set of corners, and sorts the set.
@@ -281,4 +322,32 @@ fn largest_side<'a>(nodes: impl Iterator<Item = &'a [f64; 3]>) -> f64 {
         ([0, 1, 2].map(|k| low[k].min(x[k])), [0, 1, 2].map(|k| high[k].max(x[k])))
     });
     (0..3).map(|k| high[k] - low[k]).fold(0.0, f64::max)
+}
+
+/// The eight tets into which a 10-node tet is cut; the inner octahedron is split along the line
+/// between the first and the last mid-edge node.
+fn eighths(tet: &[u32; 10]) -> Vec<[u32; 4]> {
+    let middle = |i: usize, j: usize| {
+        let edge = TET_EDGES.iter().position(|e| *e == [i, j] || *e == [j, i]).unwrap_or(0);
+        tet[4 + edge]
+    };
+    let corner = |k: usize| [0, 1, 2, 3].map(|j| if j == k { tet[k] } else { middle(k.min(j), k.max(j)) });
+    let (m01, m02, m03, m12, m13, m23) = (middle(0, 1), middle(0, 2), middle(0, 3), middle(1, 2), middle(1, 3), middle(2, 3));
+    let mut parts: Vec<[u32; 4]> = (0..4).map(corner).collect();
+    parts.extend([[m01, m02, m03, m23], [m01, m02, m23, m12], [m01, m12, m23, m13], [m01, m13, m23, m03]]);
+    parts
+}
+
+fn quarters(triangle: &[u32; 6]) -> [[u32; 3]; 4] {
+    let middle = |i: usize, j: usize| {
+        let side = TRIANGLE_EDGES.iter().position(|e| *e == [i, j] || *e == [j, i]).unwrap_or(0);
+        triangle[3 + side]
+    };
+    let (a, b, c) = (middle(0, 1), middle(1, 2), middle(0, 2));
+    [[triangle[0], a, c], [a, triangle[1], b], [c, b, triangle[2]], [a, b, c]]
+}
+
+fn sorted(mut nodes: [u32; 3]) -> [u32; 3] {
+    nodes.sort_unstable();
+    nodes
 }

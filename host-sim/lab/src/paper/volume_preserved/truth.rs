@@ -2,11 +2,16 @@
 
 use nalgebra::Vector3;
 use palpate::Fnv;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::assembly::Assembly;
 use super::measured::Measured;
 use crate::error::Error;
+use crate::hanging::hang::Hanging;
+use crate::hanging::suspension::Suspension;
+use crate::hanging::tie::layer;
+use palpate_fit::reference::body::{Body, Stiffness};
+use palpate_fit::reference::shape::TetRule;
 use palpate_tissue::Error as TissueError;
 
 /// Finite-element solution of the scene.
@@ -20,23 +25,19 @@ pub struct Truth {
     pub iterations: usize,
 }
 
-/// Shipped solutions: of both resolutions, of the sparse one with every tet cut into eight, and of
-/// the sparse one under its weight.
-#[derive(Clone, Debug, Deserialize)]
+/// Shipped solutions, which take long to compute: of the full resolution, and of the sparse one
+/// with every tet cut into eight.
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Shipped {
     /// Solution at full resolution.
     pub full: Answer,
-    /// Solution at sparse resolution.
-    pub sparse: Answer,
     /// Solution on the subdivided sparse mesh, at the landmarks and surface points of the sparse
     /// one.
     pub sparse_subdivided: Answer,
-    /// Solution at sparse resolution under full gravity, from a stress-free shape.
-    pub weighed: Answer,
 }
 
 /// A solution, reduced to landmarks and surface points.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Answer {
     /// Fingerprint of the scene and mesh to which it belongs.
     pub fingerprint: String,
@@ -49,7 +50,7 @@ pub struct Answer {
 }
 
 /// Deformation after one move.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct AnswerMove {
     /// Displacement of each landmark [m].
     pub landmarks_m: Vec<[f64; 3]>,
@@ -66,19 +67,21 @@ impl Shipped {
     pub fn load() -> Option<Self> {
         serde_json::from_str(include_str!("../../../../references/hanging-liver.json")).ok()
     }
-
-    /// The solution that belongs to an assembly.
-    pub fn of(assembly: &Assembly) -> Result<Truth, Error> {
-        let shipped = Self::load().map(|shipped| [shipped.full, shipped.sparse, shipped.weighed]);
-        let found = shipped.into_iter().flatten().find_map(|answer| answer.for_assembly(assembly));
-        found.ok_or_else(|| {
-            let why = "has no finite elements in host-sim/references/hanging-liver.json: take the scene as it ships";
-            TissueError::Usage(format!("{}: {why}", assembly.scene.file)).into()
-        })
-    }
 }
 
 impl Answer {
+    /// Reduces a solution to landmarks and surface points.
+    pub fn of(assembly: &Assembly, truth: &Truth) -> Self {
+        let plain = |vectors: &[Vector3<f64>]| vectors.iter().map(|v| (*v).into()).collect();
+        let moves = truth.moves.iter().map(|m| AnswerMove {
+            landmarks_m: plain(&m.landmarks_m),
+            surface_m: plain(&m.surface_m),
+            volume_change_pct: m.volume_change_pct.clone(),
+            min_j: m.min_j,
+        });
+        Self { fingerprint: fingerprint(assembly), size: truth.size, iterations: truth.iterations, moves: moves.collect() }
+    }
+
     /// The solution, without node displacements; `None` if it does not belong to this assembly.
     pub fn for_assembly(&self, assembly: &Assembly) -> Option<Truth> {
         if self.fingerprint != fingerprint(assembly) {
@@ -112,4 +115,39 @@ fn fingerprint(assembly: &Assembly) -> String {
     assembly.landmarks.iter().for_each(|(_, x)| add((*x).into()));
     assembly.surface.iter().for_each(|x| add((*x).into()));
     format!("{:016x}", hash.finish())
+}
+
+/// Solves the scene on an assembly; `progress` is called with (move, completed share).
+pub fn solve(assembly: &Assembly, mut progress: impl FnMut(usize, f64)) -> Result<Truth, Error> {
+    let scene = assembly.scene;
+    let modulus_pa = scene.organ[0].youngs_modulus_pa;
+    let failed = |cause: &dyn std::fmt::Display| TissueError::Check(format!("{}: finite elements: {cause}", scene.file));
+    let mesh = assembly.quadratic.clone();
+    let mut fixed = vec![[false; 3]; mesh.nodes_m.len()];
+    assembly.fixed.iter().for_each(|n| fixed[*n as usize] = [true; 3]);
+    let mut ratios = vec![1.0; mesh.tets.len()];
+    let mut densities = vec![0.0; mesh.tets.len()];
+    for (organ, of) in assembly.organs.iter().zip(&scene.organ) {
+        ratios[organ.tets.clone()].fill(of.youngs_modulus_pa / modulus_pa);
+        densities[organ.tets.clone()].fill(of.density_kg_per_m3);
+    }
+    let per_m = scene.joint.stiffness_pa_per_m / modulus_pa;
+    let ties = layer(&mesh, &assembly.joined, &assembly.onto, 2.0 * scene.joint.reach_m, |_| per_m);
+    let stiffness =
+        |tet: usize, _: &Vector3<f64>| Stiffness { ratio: ratios[tet], poisson_ratio: scene.poisson_ratio, stiffening_b: 0.0 };
+    let body = Body::with_stiffness(mesh, stiffness, fixed, Vec::new(), 1.0, TetRule::Four);
+    let suspension = Suspension::new(body)
+        .with_weight(&densities, Vector3::from(scene.gravity_m_per_s2), modulus_pa)
+        .and_then(|s| s.with_ties(ties))
+        .and_then(|s| s.with_grip(&assembly.held))
+        .map_err(|cause| failed(&cause))?;
+    let mut hanging = Hanging::new(&suspension).map_err(|cause| failed(&cause))?;
+    let mut moves = Vec::new();
+    for (n, to) in scene.attachment.moves_m.iter().enumerate() {
+        let grip = vec![Vector3::from(*to); assembly.held.len()];
+        hanging.go_to(1.0, &grip, |share| progress(n, share)).map_err(|cause| failed(&cause))?;
+        moves.push(Measured::of(assembly, hanging.displacement_m.clone()));
+    }
+    let body = suspension.body();
+    Ok(Truth { moves, size: [body.mesh.nodes_m.len(), body.mesh.tets.len()], iterations: hanging.iterations() })
 }

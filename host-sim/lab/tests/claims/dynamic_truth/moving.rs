@@ -9,7 +9,8 @@ use palpate_lab::dynamic::motion::{Motion, Pose};
 use palpate_lab::dynamic::piece::Piece;
 use palpate_lab::dynamic::settings::Settings;
 
-use crate::dynamic_truth::{assert_within, block, coarse};
+use crate::dynamic_truth::{block, coarse};
+use crate::hanging::assert_within;
 
 /// Depth [mm] and force over E [mm^2]: first by other quadratic elements with Newmark's average
 /// acceleration, then by this project's finest mesh and shortest step. The contact of the former

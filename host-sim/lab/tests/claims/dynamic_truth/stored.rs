@@ -4,7 +4,8 @@ use palpate_lab::dynamic::truths::Computed;
 use palpate_tissue::answer::Answer;
 use palpate_tissue::moving::truth::{Site, TRUTHS, Trajectory, Truth};
 
-use crate::dynamic_truth::{assert_within, coarse};
+use crate::dynamic_truth::coarse;
+use crate::hanging::assert_within;
 
 #[test]
 fn every_table_is_read_and_ends_near_the_static_force() {
