@@ -33,6 +33,16 @@ pub enum SceneError {
         /// Cause of the failure.
         source: std::io::Error,
     },
+    /// A scene file of a command that has scenes of another kind cannot be read.
+    #[error("cannot read scene {path}: {source}: check the path, or leave it out for \"{preset}\"")]
+    ReadOther {
+        /// Path of the scene file.
+        path: PathBuf,
+        /// Cause of the failure.
+        source: std::io::Error,
+        /// Preset of that kind, which is used if no file is given.
+        preset: &'static str,
+    },
     /// The name is neither that of a preset nor of a file.
     #[error("no scene \"{name}\": {}presets: {}; or give the path of a .toml file", meant(*nearest), presets())]
     UnknownName {
