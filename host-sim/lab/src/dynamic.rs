@@ -41,6 +41,7 @@
 //! the motion, with a ripple of the same size.
 
 pub mod error;
+pub mod fading;
 pub mod history;
 mod inertial;
 pub mod march;
