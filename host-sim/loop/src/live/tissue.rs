@@ -76,7 +76,7 @@ impl LiveTissue {
     /// Geometry at rest, for the checks.
     #[must_use]
     pub fn rest_shape(&self) -> Arc<dyn RestShape> {
-        Arc::new(RestSolid::of(&self.patch.model(), &self.params.probe))
+        Arc::new(RestSolid::of(&self.patch.model(), &self.params.turned_probe()))
     }
 
     /// Nodes of the patch, in the patch's order.
