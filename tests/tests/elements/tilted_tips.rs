@@ -1,0 +1,87 @@
+//! Forces of tilted tips compared with finite elements under the same tip.
+
+use palpate::{Params, Probe, ProbePose, Vector3, tick};
+use palpate_fit::reference::domain::BlockCase;
+use palpate_fit::reference::newton::Press;
+use palpate_fit::reference::probe::RigidProbe;
+use palpate_tests::bench::Bench;
+use palpate_tissue::scene::{Shape, Tip};
+
+use crate::contact_map::{OffTheMiddle, capsule, flat_end};
+use crate::fem_reference::standard_block;
+
+/// Depths of the deepest point of the tip [m].
+const DEPTHS_M: [f64; 3] = [1e-3, 2e-3, 3e-3];
+
+fn tilted(case: &OffTheMiddle, degrees: f64) -> Params {
+    let probe = Probe {
+        shape: (case.shape)([1.0, 0.0, 0.0]).of_core([0.0, 0.0, 1.0]),
+        radius_m: case.radius_m as f32,
+        axis: Vector3::z(),
+    };
+    let (sin, cos) = (0.5 * degrees.to_radians()).sin_cos();
+    Params { probe, orientation: [0.0, sin as f32, 0.0, cos as f32], ..Params::default() }
+}
+
+/// Forces along the press over E [m^2] of finite elements under a tip that is tilted about y.
+fn solved(case: &OffTheMiddle, degrees: f64) -> Vec<f64> {
+    let block = BlockCase { may_cut: [false, true], ..standard_block(0, 0.0) };
+    let body = block.support(&case.mesh(true, 2.2e-3), [false, true]);
+    let (sin, cos) = degrees.to_radians().sin_cos();
+    let (axis, along, up) = (Vector3::new(sin, 0.0, cos), Vector3::new(cos, 0.0, -sin), Vector3::z());
+    let tip = RigidProbe::new((case.shape)(along.into()), case.radius_m, Vector3::zeros(), axis);
+    // with the middle of the tip above the site, and its lowest point level with it
+    let place_m = body.place_m
+        + match tip.shape {
+            Shape::Capsule { length_m, .. } => up * (tip.radius_m + 0.5 * length_m * sin) - axis * tip.radius_m,
+            // the lowest point is on the rounded edge
+            _ => up * ((tip.radius_m - tip.edge_m) * sin + tip.edge_m * (1.0 - cos)),
+        };
+    let mut press = Press::new(&body.body, tip, place_m).unwrap().against(up);
+    let mut force_m2 = Vec::new();
+    for depth_m in DEPTHS_M {
+        press.go_to(depth_m, |_| {}).unwrap();
+        force_m2.push(press.force_over_e_m2());
+    }
+    force_m2
+}
+
+/// Forces of a patch, held, over E [m^2].
+fn pressed(bench: &Bench, tilted: &Params) -> Vec<f64> {
+    let bench = bench.clone().with(|p| (p.probe, p.orientation) = (tilted.probe, tilted.orientation));
+    let model = bench.patch.wide_model();
+    let mut memory = bench.memory();
+    let (tuned, mut state) = memory.start(&model, &bench.params).unwrap();
+    let touch_m = bench.patch.touch_m(&bench.params);
+    let mut depth_m = -3e-3_f32;
+    let mut hold = |to_m: f32| {
+        let mut force_n = 0.0;
+        for _ in 0..500 {
+            depth_m = (depth_m + 2e-5).min(to_m);
+            let output = tick(&model, &tuned, &mut state, ProbePose { tip_m: touch_m - Vector3::z() * depth_m });
+            assert_eq!(output.fault, None);
+            force_n = output.force_n.z;
+        }
+        f64::from(force_n / bench.params.youngs_modulus_pa)
+    };
+    DEPTHS_M.iter().map(|depth_m| hold(*depth_m as f32)).collect()
+}
+
+#[test]
+fn tilted_forces() {
+    for (name, case) in [("capsule", capsule(0.0, [0.0; 2])), ("flat", flat_end(0.0, [0.0; 2]))] {
+        let fine = case.by_formulas(0.9e-3);
+        let medium = case.by_formulas(1.2e-3);
+        let benches = [("410", Bench::calibrated(410)), ("1020", Bench::calibrated(1020)), ("1.2mm", medium), ("0.9mm", fine)];
+        for degrees in [0.0, 10.0, 20.0, 30.0] {
+            let right = solved(&case, degrees);
+            let params = tilted(&case, degrees);
+            println!("{name} {degrees}: {} offset {:?}", Tip::of_core(&params.probe), params.touch_offset_m());
+            for (bench_name, bench) in &benches {
+                let own = pressed(bench, &params);
+                let off: Vec<_> = own.iter().zip(&right).map(|(o, r)| format!("{:+.2}", 100.0 * (o / r - 1.0))).collect();
+                println!("   {bench_name} ({}): {off:?} %", bench.patch.wide_model().nodes.len());
+            }
+        }
+    }
+}
