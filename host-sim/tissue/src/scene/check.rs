@@ -206,7 +206,8 @@ impl Scene {
         let degrees = turned.cast::<f64>().dot(&Vector3::from(up)).clamp(-1.0, 1.0).acos().to_degrees();
         // NaN is no angle
         if !(degrees <= MOST_TILT_DEG + 0.01) {
-            let why = format!("= {tilt:?} tilts the tip by {degrees:.0} degrees: give at most {MOST_TILT_DEG}, as [0.0, 15.0, 0.0]");
+            let why =
+                format!("= {tilt:?} tilts the tip by {degrees:.0} degrees: give at most {MOST_TILT_DEG}, as [0.0, 15.0, 0.0]");
             return self.bad("probe.tilt_deg", &why);
         }
         Ok(())
