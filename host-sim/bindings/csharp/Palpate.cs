@@ -133,7 +133,11 @@ namespace Palpate {
 
         public void SetModulus(double youngs_modulus_pa) { Check(Native.palpate_set_modulus(handle, youngs_modulus_pa)); }
 
-        public void Turn(double[] orientation) { Check(Native.palpate_turn(handle, orientation)); }
+        // A unit quaternion x, y, z, w.
+        public void Turn(double[] orientation) {
+            if (orientation.Length != 4) throw new ArgumentException("orientation: give x, y, z and w");
+            Check(Native.palpate_turn(handle, orientation));
+        }
 
         public void LowerForce(double max_force_n) { Check(Native.palpate_lower_force(handle, max_force_n)); }
 

@@ -20,6 +20,8 @@ const STEEP: f64 = 0.5;
 /// Largest angle between a tilted tip and the press [degrees]: presence in the core takes a steeper
 /// surface for a wall.
 const MOST_TILT_DEG: f64 = 45.0;
+/// Error of that angle in single precision [degrees].
+const ROUNDING_DEG: f64 = 0.01;
 /// Extensions of surface files.
 const SURFACES: [&str; 2] = ["stl", "obj"];
 /// Young's modulus [Pa] below which the unit is probably wrong: no organ is softer.
@@ -204,8 +206,7 @@ impl Scene {
         let tilt = self.probe.tilt_deg;
         let turned = self.params(up).turned_probe().axis;
         let degrees = turned.cast::<f64>().dot(&Vector3::from(up)).clamp(-1.0, 1.0).acos().to_degrees();
-        // NaN is no angle
-        if !(degrees <= MOST_TILT_DEG + 0.01) {
+        if !(0.0..=MOST_TILT_DEG + ROUNDING_DEG).contains(&degrees) {
             let why =
                 format!("= {tilt:?} tilts the tip by {degrees:.0} degrees: give at most {MOST_TILT_DEG}, as [0.0, 15.0, 0.0]");
             return self.bad("probe.tilt_deg", &why);
