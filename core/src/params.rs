@@ -12,7 +12,7 @@ use crate::fault::BuildError;
 use crate::inertia::{Gains, NEIGHBOUR, NodeStep};
 use crate::model::{Model, Spring};
 use crate::smooth;
-pub use probe::{Probe, ProbeShape};
+pub use probe::{FLAT_EDGE, Probe, ProbeShape};
 pub(crate) use prony::Prony;
 pub use prony::{MOST_TERMS, PronyTerm};
 pub use terms::Terms;

@@ -2,11 +2,10 @@
 
 use nalgebra::Vector3;
 
+use super::Params;
 #[cfg(feature = "long-tips")]
 use crate::fault::BuildError;
 use crate::lanes::sqrt;
-use crate::params::Params;
-use crate::stages::force::foundation::FLAT_EDGE;
 
 /// Shape of the rigid probe. The last two require the feature `long-tips`, which images for boards
 /// leave out for lack of flash.
@@ -50,6 +49,9 @@ pub struct Probe {
     pub axis: Vector3<f32>,
 }
 
+/// Radius of the flat probe's rounded edge, as a share of the probe's radius (1). With a sharp edge
+/// the force jumps when a point slips over it, and the tissue never comes to rest.
+pub const FLAT_EDGE: f32 = 1.0 / 16.0;
 /// Largest permitted ratio of two semi-axes of an ellipsoid (1). The Newton steps are tested up to
 /// it.
 #[cfg(feature = "long-tips")]

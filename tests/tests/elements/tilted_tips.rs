@@ -103,8 +103,8 @@ fn a_capsules_force_is_that_of_finite_elements_at_every_tilt() {
     }
 }
 
-/// A flat end misses 3 %, as it does upright: patches by formulas are that far off, and one that was
-/// fitted to a hemisphere loses up to two fifths of the force of a shallow edge.
+/// A flat end misses 3 %, as it does upright: patches by formulas are that far off, and one that
+/// was fitted to a hemisphere loses up to two fifths of the force of a shallow edge.
 #[test]
 #[ignore = "long: finite elements of half a block, and patches of thousands of nodes"]
 fn a_flat_ends_force_is_within_five_percent_of_finite_elements_once_its_edge_is_deep() {

@@ -6,9 +6,9 @@ use super::HapticSession;
 
 impl HapticSession {
     /// Turns the probe about its tip from the next tick on. `orientation` is its rotation from the
-    /// upright pose, in which its axis is the outward direction at the site: a unit quaternion x, y,
-    /// z, w in the scene's frame. It replaces the scene's tilt and holds until the next call; a
-    /// device that measures it calls this before each tick. Positions are then those of the point
+    /// upright pose, in which its axis is the outward direction at the site: a unit quaternion
+    /// x, y, z, w in the scene's frame. It replaces the scene's tilt and holds until the next call;
+    /// a device that measures it calls this before each tick. Positions are then those of the point
     /// of the turned probe that is lowest when it is upright. The probe turns no faster than its
     /// farthest point may sink into the tissue.
     ///
