@@ -154,7 +154,7 @@ impl Scene {
             );
             return self.bad("probe.shape", &why);
         }
-        self.refuse_tilt(&format!("a tip cannot tilt on {board}: leave it out, or take --board desktop"))?;
+        self.refuse_tilt(&format!("a tip cannot tilt on {board}: leave it out, or press on the desktop"))?;
         let (key, b) = self.tissue.most_stiffening();
         if b == 0.0 {
             return Ok(());
