@@ -12,7 +12,7 @@ use crate::fault::BuildError;
 use crate::inertia::{Gains, NEIGHBOUR, NodeStep};
 use crate::model::{Model, Spring};
 use crate::smooth;
-pub use probe::{Probe, ProbeShape};
+pub use probe::{FLAT_EDGE, Probe, ProbeShape};
 pub(crate) use prony::Prony;
 pub use prony::{MOST_TERMS, PronyTerm};
 pub use terms::Terms;
@@ -88,8 +88,12 @@ pub struct Params {
     pub substeps: u16,
     /// Period of the loop, the tick [s].
     pub tick_s: f32,
-    /// Shape, size and orientation of the probe.
+    /// Shape and size of the probe, upright: the press is against its axis.
     pub probe: Probe,
+    /// Orientation of the probe: the rotation about its tip from the upright pose, a unit
+    /// quaternion x, y, z, w that tilts it by at most 45 degrees.
+    #[cfg(feature = "long-tips")]
+    pub orientation: [f32; 4],
     /// Terms of the model that act.
     pub terms: Terms,
     /// Limits on the speeds of the shown probe and on the force of a tick.
@@ -116,6 +120,8 @@ impl Default for Params {
             substeps: 1,
             tick_s: 1e-3,
             probe: Probe { shape: ProbeShape::Hemisphere, radius_m: 8e-3, axis: Vector3::new(0.0, 0.0, 1.0) },
+            #[cfg(feature = "long-tips")]
+            orientation: Self::UPRIGHT,
             terms: Terms::ALL,
             limits: GuardLimits::HIGHEST,
         }
@@ -152,7 +158,11 @@ fn each_end(model: &Model, node_step: &mut [NodeStep], visit: impl Fn(&Spring, &
 #[derive(Debug)]
 pub struct Tuned<'a> {
     pub(crate) terms: Terms,
+    /// The probe as it is turned.
     pub(crate) probe: Probe,
+    /// Axis of the upright probe.
+    #[cfg(feature = "long-tips")]
+    pub(crate) up: Vector3<f32>,
     pub(crate) limits: GuardLimits,
     /// E [Pa]: forces inside the tick are divided by it.
     pub(crate) youngs_modulus_pa: f32,
@@ -270,6 +280,29 @@ impl Tuned<'_> {
     #[must_use]
     pub fn probe(&self) -> &Probe {
         &self.probe
+    }
+
+    /// Depth of the contact of a long or a turned tip below the tip, along the contact normal [m]:
+    /// zero for a ball and an upright flat end, which are the tips of boards.
+    #[inline(always)]
+    #[cfg_attr(not(feature = "long-tips"), expect(unused_variables, reason = "no tip is long"))]
+    pub(crate) fn contact_below_tip_m(&self, normal: &Vector3<f32>) -> f32 {
+        #[cfg(feature = "long-tips")]
+        match self.probe.shape {
+            ProbeShape::Hemisphere | ProbeShape::Sphere => {}
+            ProbeShape::Flat if self.probe.axis == self.up => {}
+            _ => return self.probe.below_tip_m(normal),
+        }
+        0.0
+    }
+
+    /// Axis of the upright probe: the outward direction of the press.
+    #[inline(always)]
+    pub(crate) fn up(&self) -> Vector3<f32> {
+        #[cfg(feature = "long-tips")]
+        return self.up;
+        #[cfg(not(feature = "long-tips"))]
+        self.probe.axis
     }
 }
 
@@ -428,7 +461,9 @@ impl Params {
         let friction = if self.terms.friction { self.friction } else { 0.0 };
         Tuned {
             terms: self.terms,
-            probe: self.probe,
+            probe: self.turned_probe(),
+            #[cfg(feature = "long-tips")]
+            up: self.probe.axis,
             limits: self.limits,
             youngs_modulus_pa: e,
             weight: self.gravity_m_per_s2.map(|g| g * self.density_kg_per_m3 / e),

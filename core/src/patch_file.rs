@@ -232,6 +232,8 @@ impl<'a> PatchFile<'a> {
             substeps: u16::try_from(header.substeps).unwrap_or(u16::MAX),
             tick_s: header.tick_s,
             probe: Probe { shape, radius_m: header.probe_radius_m, axis: header.probe_axis.into() },
+            #[cfg(feature = "long-tips")]
+            orientation: Params::UPRIGHT,
             terms: Terms {
                 volume: header.terms & 1 != 0,
                 compensation: header.terms & 2 != 0,

@@ -11,7 +11,7 @@ use palpate_tissue::moving::RampError;
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::press::contact::DeepestContact;
 use palpate_tissue::press::{Hold, Press};
-use palpate_tissue::scene::{Scene, Shape};
+use palpate_tissue::scene::{Scene, Shape, Tip};
 use palpate_tissue::session::standing::Standing;
 use palpate_tissue::session::{Report, Session};
 use palpate_tissue::trace_file;
@@ -183,8 +183,9 @@ fn draw(folder: &OutputFolder, scene: &Scene, session: &Session, press: &Press) 
 }
 
 fn probe_at(scene: &Scene, session: &Session, tip_m: [f64; 3]) -> Probe {
+    let turned = session.params.turned_probe();
     Probe {
-        shape: match scene.probe.shape {
+        shape: match Tip::of_core(&turned).shape {
             Shape::Hemisphere => ProbeShape::Hemisphere,
             Shape::Sphere => ProbeShape::Sphere,
             Shape::Flat => ProbeShape::Flat,
@@ -193,7 +194,7 @@ fn probe_at(scene: &Scene, session: &Session, tip_m: [f64; 3]) -> Probe {
         },
         radius_m: scene.probe.radius_m,
         tip_m,
-        axis: session.params.probe.axis.map(f64::from).into(),
+        axis: turned.axis.map(f64::from).into(),
     }
 }
 

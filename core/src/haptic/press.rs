@@ -106,7 +106,7 @@ fn slope_n_per_m(
     depth_m: f32,
     after_round: &mut dyn FnMut(),
 ) -> Result<f32, Fault> {
-    let axis = tuned.probe.axis;
+    let axis = tuned.up();
     let step_m = if STEP_SHARE * depth_m < STEP_M { STEP_SHARE * depth_m } else { STEP_M };
     let mut at_m = -ABOVE_M;
     let mut held_n = |to_m: f32| {

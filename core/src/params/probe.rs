@@ -2,9 +2,9 @@
 
 use nalgebra::Vector3;
 
+use super::Params;
 #[cfg(feature = "long-tips")]
 use crate::fault::BuildError;
-#[cfg(feature = "long-tips")]
 use crate::lanes::sqrt;
 
 /// Shape of the rigid probe. The last two require the feature `long-tips`, which images for boards
@@ -49,6 +49,9 @@ pub struct Probe {
     pub axis: Vector3<f32>,
 }
 
+/// Radius of the flat probe's rounded edge, as a share of the probe's radius (1). With a sharp edge
+/// the force jumps when a point slips over it, and the tissue never comes to rest.
+pub const FLAT_EDGE: f32 = 1.0 / 16.0;
 /// Largest permitted ratio of two semi-axes of an ellipsoid (1). The Newton steps are tested up to
 /// it.
 #[cfg(feature = "long-tips")]
@@ -59,6 +62,10 @@ const MOST_LENGTH_M: f32 = 1.0;
 /// Largest permitted cosine between `along` and the axis (1), which must be at right angles.
 #[cfg(feature = "long-tips")]
 const LEANS: f32 = 1e-3;
+/// Smallest cosine of the angle by which a probe may be turned away from the press (1). Beyond 45
+/// degrees a surface counts as a wall ([`crate::stages::presence`]).
+#[cfg(feature = "long-tips")]
+const LEAST_UPRIGHT: f32 = 0.7;
 
 impl ProbeShape {
     /// Whether the probe has a handle, which the tissue can touch where the tip has entered.
@@ -105,13 +112,17 @@ impl Probe {
     }
 
     /// Depth of the deepest point of the probe's end below its tip, along a unit vector `up` out of
-    /// the tissue [m]; zero where `up` is the axis.
+    /// the tissue [m]; zero where `up` is the axis. For a flat end it is a point of the rounded
+    /// edge.
     #[inline(always)]
     pub(crate) fn below_tip_m(&self, up: &Vector3<f32>) -> f32 {
         let r = self.radius_m;
         let cosine = self.axis.dot(up);
         match self.shape {
-            ProbeShape::Flat => 0.0,
+            ProbeShape::Flat => {
+                let (edge, across) = (FLAT_EDGE * r, self.axis.cross(up));
+                (r - edge) * sqrt(across.dot(&across)) + edge * (1.0 - cosine)
+            }
             #[cfg(feature = "long-tips")]
             ProbeShape::Capsule { length_m, along } => r * (1.0 - cosine) + 0.5 * length_m * along.dot(up).abs(),
             #[cfg(feature = "long-tips")]
@@ -121,6 +132,41 @@ impl Probe {
             }
             _ => r * (1.0 - cosine),
         }
+    }
+
+    /// The probe turned about its tip by a quaternion x, y, z, w, whose length does not matter.
+    #[cfg(feature = "long-tips")]
+    #[must_use]
+    pub fn turned(&self, [x, y, z, w]: [f32; 4]) -> Self {
+        let part = Vector3::new(x, y, z);
+        let twice = 2.0 / (part.dot(&part) + w * w);
+        let turn = |v: Vector3<f32>| {
+            let across = part.cross(&v);
+            v + (across * w + part.cross(&across)) * twice
+        };
+        let shape = match self.shape {
+            ProbeShape::Capsule { length_m, along } => ProbeShape::Capsule { length_m, along: turn(along) },
+            ProbeShape::Ellipsoid { semi_axes_m, along } => ProbeShape::Ellipsoid { semi_axes_m, along: turn(along) },
+            round => round,
+        };
+        Self { shape, axis: turn(self.axis), ..*self }
+    }
+
+    /// Displacement of the tip of a turned probe [m], after which its deepest point along `up` is
+    /// as deep as the tip was, and its middle is where it was across `up`.
+    #[cfg(feature = "long-tips")]
+    pub(crate) fn levelled_m(&self, up: &Vector3<f32>) -> Vector3<f32> {
+        let arm_m = if self.shape == ProbeShape::Flat { 0.0 } else { self.radius_m };
+        up * self.below_tip_m(up) - (self.axis - up * self.axis.dot(up)) * arm_m
+    }
+
+    /// Checks an orientation of this upright probe.
+    #[cfg(feature = "long-tips")]
+    pub(crate) fn check_turn(&self, turn: [f32; 4]) -> Result<(), BuildError> {
+        let square: f32 = turn.iter().map(|part| part * part).sum();
+        BuildError::within("length of the quaternion of probe.orientation", sqrt(square), 0.999, 1.001)?;
+        let cosine = self.turned(turn).axis.dot(&self.axis);
+        BuildError::within("cosine of the tilt by probe.orientation", cosine, LEAST_UPRIGHT, 1.001)
     }
 
     /// Checks the values that a capsule or an ellipsoid has in addition to radius and axis.
@@ -142,5 +188,34 @@ impl Probe {
         };
         BuildError::within("probe.along length", sqrt(along.dot(&along)), 0.999, 1.001)?;
         BuildError::within("cosine of probe.along and probe.axis", along.dot(&self.axis), -LEANS, LEANS)
+    }
+}
+
+impl Params {
+    /// Orientation of a probe that is not turned.
+    #[cfg(feature = "long-tips")]
+    pub const UPRIGHT: [f32; 4] = [0.0, 0.0, 0.0, 1.0];
+
+    /// The probe in its orientation.
+    #[must_use]
+    #[inline(always)]
+    pub fn turned_probe(&self) -> Probe {
+        #[cfg(feature = "long-tips")]
+        if self.orientation != Self::UPRIGHT {
+            return self.probe.turned(self.orientation);
+        }
+        self.probe
+    }
+
+    /// Displacement of the tip from a place on the surface to where the turned probe touches that
+    /// place [m]: with its deepest point level with it and with its middle above it; zero for an
+    /// upright probe.
+    #[cfg(feature = "long-tips")]
+    #[must_use]
+    pub fn touch_offset_m(&self) -> Vector3<f32> {
+        if self.orientation == Self::UPRIGHT {
+            return Vector3::new(0.0, 0.0, 0.0);
+        }
+        self.turned_probe().levelled_m(&self.probe.axis)
     }
 }

@@ -68,6 +68,8 @@ impl Params {
         BuildError::within("node_damping_per_s", self.node_damping_per_s, 0.0, 1.0 / dt)?;
         #[cfg(feature = "long-tips")]
         self.probe.check_shape()?;
+        #[cfg(feature = "long-tips")]
+        self.probe.check_turn(self.orientation)?;
         prony::check(self.relaxes(), self.tick_s)
     }
 }

@@ -34,9 +34,9 @@ pub fn find(model: &Model, tuned: &Tuned, state: &mut State, motion: &mut Motion
     }
     state.near = near;
     if !state.been_outside {
-        state.been_outside = !state.seat.inside()
-            && !presence::buried(model, tuned, state, motion.to_m)
-            && !foundation::touches(model, tuned, state, motion.to_m);
+        // in every tick, so that the body's walk is not left behind by a tip that goes on inside
+        let buried = presence::buried(model, tuned, state, motion.to_m);
+        state.been_outside = !state.seat.inside() && !buried && !foundation::touches(model, tuned, state, motion.to_m);
         // nothing is pressed in the tick in which the probe is first found outside: that tick has
         // already searched the points once
         state.near = 0;

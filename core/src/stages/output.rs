@@ -26,8 +26,8 @@ pub struct Output {
     /// Force on the probe [N], patch frame: it points out of the tissue, and with friction along
     /// its surface as well. Zero on any fault.
     pub force_n: Vector3<f32>,
-    /// Depth of the tip below the undeformed surface, along the contact normal [m]; zero without
-    /// contact.
+    /// Depth of the tip, or of the deepest point of a long or a turned one, below the undeformed
+    /// surface, along the contact normal [m]; zero without contact.
     pub depth_m: f32,
     /// Centre of the contact on the deformed surface [m]; without contact, the tip.
     pub point_m: Vector3<f32>,
@@ -154,7 +154,7 @@ pub fn read(
         out.limiters.set(ClampFlags::FORCE);
     }
     let rest_m = load.rest * per_push;
-    let depth_m = (rest_m - motion.to_m + motion.beyond_m).dot(&normal);
+    let depth_m = (rest_m - motion.to_m + motion.beyond_m).dot(&normal) + tuned.contact_below_tip_m(&normal);
     state.touch = Some(TouchPlane { rest_m, normal });
     state.over = Some(load.strongest.1);
     out.force_n = force_n;

@@ -79,13 +79,10 @@ impl Plane {
         (self.middle_m - point_m).dot(&self.normal)
     }
 
-    /// Depth of the probe's end, whatever its shape, below the plane [m]; that of the tip if the
-    /// plane is normal to the axis.
+    /// Depth of the probe's deepest point below the plane [m]; that of the tip if the plane is
+    /// normal to the axis.
     pub fn probe_depth_m(&self, probe: &Probe, tip_m: Vector3<f32>) -> f32 {
-        match probe.shape {
-            ProbeShape::Flat => self.depth_m(tip_m),
-            _ => self.depth_m(tip_m) + probe.below_tip_m(&self.normal),
-        }
+        self.depth_m(tip_m) + probe.below_tip_m(&self.normal)
     }
 
     /// Whether the probe with its tip at `tip_m` is at the plane, with the tip on the outer side,
@@ -123,7 +120,7 @@ pub fn locate(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f3
         state.seat.tet = tet;
     }
     let most = if state.tip_m.is_none() { FIRST_STEPS } else { STEPS };
-    walk(model, &mut state.seat, tip_m, tuned.probe.axis, most);
+    walk(model, &mut state.seat, tip_m, tuned.up(), most);
     let plane = state.over.and_then(|triangle| Plane::of(model, triangle));
     state.shaft = state.seat.inside;
     if state.seat.inside {
@@ -158,7 +155,7 @@ pub fn buried(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f3
     if state.seat.inside && !state.body.inside && !state.body.walking {
         state.body.tet = state.seat.tet;
     }
-    walk(model, &mut state.body, tip_m + probe.axis * above_m, probe.axis, STEPS);
+    walk(model, &mut state.body, tip_m + tuned.up() * above_m, tuned.up(), STEPS);
     state.body.inside
 }
 

@@ -103,7 +103,8 @@ pub fn admit(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose) -
         return Err(Fault::PoseNotFinite);
     }
     let from_m = state.tip_m.unwrap_or(pose.tip_m);
-    state.pressed = state.touch.or(state.pressed).filter(|at| state.near > 0 && (at.rest_m - from_m).dot(&at.normal) >= 0.0);
+    let below_m = |at: &TouchPlane| (at.rest_m - from_m).dot(&at.normal) + tuned.contact_below_tip_m(&at.normal);
+    state.pressed = state.touch.or(state.pressed).filter(|at| state.near > 0 && below_m(at) >= 0.0);
     let (presence, plane) = presence::locate(model, tuned, state, pose.tip_m);
     let mut limiters = ClampFlags::default();
 
@@ -184,7 +185,7 @@ pub fn admit(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose) -
     state.apart = limiters != ClampFlags::DEFAULT;
     let off_m = pose.tip_m - to_m;
     let apart_m = if state.apart { sqrt(off_m.dot(&off_m)) } else { 0.0 };
-    let steep = plane.is_some_and(|plane| plane.steep(tuned.probe.axis));
+    let steep = plane.is_some_and(|plane| plane.steep(tuned.up()));
     if state.apart || steep {
         let most_radii = if state.pressed.is_none() { OUTRAN_RADII } else { THROUGH_RADII };
         let through = apart_m > most_radii * tuned.probe.radius_m;

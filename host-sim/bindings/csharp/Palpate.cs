@@ -133,6 +133,12 @@ namespace Palpate {
 
         public void SetModulus(double youngs_modulus_pa) { Check(Native.palpate_set_modulus(handle, youngs_modulus_pa)); }
 
+        // A unit quaternion x, y, z, w.
+        public void Turn(double[] orientation) {
+            if (orientation.Length != 4) throw new ArgumentException("orientation: give x, y, z and w");
+            Check(Native.palpate_turn(handle, orientation));
+        }
+
         public void LowerForce(double max_force_n) { Check(Native.palpate_lower_force(handle, max_force_n)); }
 
         public Report Report {
@@ -283,6 +289,8 @@ namespace Palpate {
         internal static extern Code palpate_reset(ulong session);
         [DllImport(Library)]
         internal static extern Code palpate_set_modulus(ulong session, double youngs_modulus_pa);
+        [DllImport(Library)]
+        internal static extern Code palpate_turn(ulong session, double[] orientation);
         [DllImport(Library)]
         internal static extern Code palpate_lower_force(ulong session, double max_force_n);
         [DllImport(Library)]

@@ -360,6 +360,16 @@ enum palpate_code palpate_reset(palpate_session session);
 // increase takes effect only when the probe does not touch the tissue.
 enum palpate_code palpate_set_modulus(palpate_session session, double youngs_modulus_pa);
 
+// Turns the probe about its tip from the next tick on: `orientation` is its rotation from the
+// upright pose, a unit quaternion x, y, z, w in the scene's frame, by at most 45 degrees. It
+// replaces the scene's tilt until the next call; a device that measures it calls this before each
+// tick. Positions are then those of the point of the turned probe that is lowest when it is
+// upright.
+//
+// # Safety
+// `orientation` points to four doubles.
+enum palpate_code palpate_turn(palpate_session session, const double *orientation);
+
 // Lowers the maximum force [N] until the session is closed; no limit can be raised or switched
 // off.
 enum palpate_code palpate_lower_force(palpate_session session, double max_force_n);

@@ -358,6 +358,23 @@ pub extern "C" fn palpate_set_modulus(session: Session, youngs_modulus_pa: f64) 
     code(|| sessions::with(session, |session| session.set_modulus(youngs_modulus_pa as f32).map_err(Failure::Number)))
 }
 
+/// Turns the probe about its tip from the next tick on: `orientation` is its rotation from the
+/// upright pose, a unit quaternion x, y, z, w in the scene's frame, by at most 45 degrees. It
+/// replaces the scene's tilt until the next call; a device that measures it calls this before each
+/// tick. Positions are then those of the point of the turned probe that is lowest when it is
+/// upright.
+///
+/// # Safety
+/// `orientation` points to four doubles.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn palpate_turn(session: Session, orientation: *const f64) -> PalpateCode {
+    code(|| {
+        // SAFETY: the caller guarantees the pointer
+        let turn = unsafe { read::<[f64; 4]>("orientation", orientation.cast())? };
+        sessions::with(session, |session| session.turn(turn.map(|part| part as f32)).map_err(Failure::Number))
+    })
+}
+
 /// Lowers the maximum force [N] until the session is closed; no limit can be raised or switched
 /// off.
 #[unsafe(no_mangle)]

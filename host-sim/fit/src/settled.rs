@@ -75,7 +75,7 @@ impl<'a> SettledPatch<'a> {
         let mut memory = Memory::for_model(&model);
         let (tuned, mut state) = memory.start(&model, &self.params)?;
         let axis: Vector = self.params.probe.axis.cast();
-        let place_m = self.session.patch.site_m().cast() + offset_m;
+        let place_m = self.session.touch_m().cast() + offset_m;
         let tip_m = |depth_m: f64| (place_m - axis * depth_m).cast();
         // on a curved surface, the rim of a flat tip touches before its middle does
         let step_m = SPEED_M_PER_S * TICK_S;

@@ -9,6 +9,8 @@
 //! The force goes through [`Cycle::tick`] as on the board: ramp-in, passivity and limits always
 //! apply. A tick allocates nothing; preparing a session does.
 
+mod turn;
+
 use std::path::Path;
 
 use palpate::haptic::commission::{Commissioning, Plan, Stage, Trouble, Wiring};

@@ -34,6 +34,7 @@ fn pack(common: &Common, board: &BoardArg, nodes: Option<usize>) -> Result<(), E
     if machine.is_board() {
         scene.refuse_what_boards_lack(machine.name)?;
     }
+    scene.refuse_what_no_file_has()?;
     if nodes.is_some() && scene.tissue.block_m.is_none() {
         return Err(TissueError::Usage(format!(
             "--nodes is for a block; scene {} has a shape of its own: leave it out",

@@ -147,6 +147,7 @@ impl Answer {
             && own.inclusion == tissue.inclusion
             && tissue.gravity_m_per_s2 == [0.0; 3]
             && self.probe == scene.probe.tip()
+            && scene.probe.tilt_deg == [0.0; 3]
     }
 
     /// The hold at a place and depth, if it was solved.

@@ -259,6 +259,12 @@ impl Patch {
         self.site_m.into()
     }
 
+    /// Position at which the tip touches the site [m]: the site itself, unless the tip is tilted.
+    #[must_use]
+    pub fn touch_m(&self, params: &Params) -> Vector3<f32> {
+        self.site_m() + params.touch_offset_m()
+    }
+
     /// Element size at the site [m]: the side of an equilateral triangle with the area of the
     /// surface triangle nearest to the site.
     #[must_use]

@@ -163,7 +163,7 @@ pub fn run_seen(
 
         force_n = f64::from(output.force_n.dot(&axis));
         let t_s = press.ticks.len() as f64 * TICK_S;
-        let command_m = f64::from((session.patch.site_m() - tip_m).dot(&axis));
+        let command_m = f64::from((session.touch_m() - tip_m).dot(&axis));
         let row = TickRow { t_s, tip_m, command_m, output, tick_us };
         press.ticks.push(row);
         press.deadline_misses += usize::from(tick_us > BUDGET_US);
@@ -171,7 +171,7 @@ pub fn run_seen(
         press.fault = output.fault;
         see(&model, &tuned, &mut state, &row);
         if let Some(n) = hold_ends {
-            let mut held = hold(&model, &session.params.probe, &state, targets[n], force_n, &row);
+            let mut held = hold(&model, &session.params.turned_probe(), &state, targets[n], force_n, &row);
             let _map = ContactMap::read(&model, &tuned, &mut state, &mut held.pressure_pa);
             press.holds.push(held);
         }

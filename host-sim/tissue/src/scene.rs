@@ -256,6 +256,8 @@ pub struct ProbeScene {
     pub shape: Shape,
     /// Radius of the tip [m]; for an ellipsoid, its semi-axis along the press.
     pub radius_m: f64,
+    /// Tilt of the tip for the whole press, as a rotation about x, y and z [degrees].
+    pub tilt_deg: [f64; 3],
     /// Place of the press on the top of a block, x and y [m].
     pub position_m: Option<[f64; 2]>,
     /// Place of the press on a mesh or an organ [m]: the nearest surface point is pressed, along
@@ -287,6 +289,14 @@ struct ProbeKeys {
     semi_axes_m: Option<[f64; 3]>,
     /// Direction of the long side of a capsule or an ellipsoid (1); its length is ignored.
     along: Option<[f64; 3]>,
+    /// Tilt of the tip for the whole press, as a rotation vector [degrees]: its direction is the
+    /// axis, its length the angle, so that [0, 15, 0] turns the tip by 15 degrees about y. The tip
+    /// still moves along the press, and its deepest point has the depth.
+    ///
+    /// * range: the tip at most 45 degrees from the press
+    /// * default: 0, 0, 0
+    #[serde(default)]
+    tilt_deg: [f64; 3],
     /// Place of the press on the top of a block, x and y [m].
     ///
     /// * range: within the block's top
@@ -309,9 +319,9 @@ impl TryFrom<ProbeKeys> for ProbeScene {
     type Error = String;
 
     fn try_from(keys: ProbeKeys) -> Result<Self, String> {
-        let ProbeKeys { shape, radius_m, length_m, semi_axes_m, along, position_m, site, friction } = keys;
+        let ProbeKeys { shape, radius_m, length_m, semi_axes_m, along, tilt_deg, position_m, site, friction } = keys;
         let tip: Tip = TipKeys { shape, radius_m, length_m, semi_axes_m, along }.try_into()?;
-        Ok(Self { shape: tip.shape, radius_m: tip.radius_m, position_m, site, friction })
+        Ok(Self { shape: tip.shape, radius_m: tip.radius_m, tilt_deg, position_m, site, friction })
     }
 }
 
@@ -320,6 +330,16 @@ impl ProbeScene {
     #[must_use]
     pub fn tip(&self) -> Tip {
         Tip { shape: self.shape, radius_m: self.radius_m }
+    }
+
+    /// Orientation of the tip: the quaternion x, y, z, w of its tilt.
+    #[must_use]
+    pub fn orientation(&self) -> [f64; 4] {
+        let half = self.tilt_deg.map(|degrees| 0.5 * degrees.to_radians());
+        let angle = half.iter().map(|part| part * part).sum::<f64>().sqrt();
+        let share = if angle > 0.0 { angle.sin() / angle } else { 0.0 };
+        let [x, y, z] = half.map(|part| part * share);
+        [x, y, z, angle.cos()]
     }
 }
 

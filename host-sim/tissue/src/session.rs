@@ -201,7 +201,13 @@ impl Session {
     /// Position of the tip for a depth along the press [m].
     #[must_use]
     pub fn tip_m(&self, depth_m: f64) -> Vector3<f32> {
-        self.patch.site_m() - self.params.probe.axis * depth_m as f32
+        self.touch_m() - self.params.probe.axis * depth_m as f32
+    }
+
+    /// Position at which the tip touches the site [m]: the site itself, unless the tip is tilted.
+    #[must_use]
+    pub fn touch_m(&self) -> Vector3<f32> {
+        self.patch.touch_m(&self.params)
     }
 }
 

@@ -125,6 +125,7 @@ impl StableStep {
         let (_, mut trial) = scratch.start(model, &careful)?;
         let limit = |w2: f64| (4.0 / w2).sqrt();
         let mut shape = ModeShape::seeded(model.nodes.len());
+        let site_m = site_m + params.touch_offset_m();
         let above_m = site_m + params.probe.axis * extent(model) as f32;
         let rest = shape.highest_square(model, &tuned, &state, &mut trial, above_m);
         let mut highest = rest;
@@ -152,6 +153,7 @@ impl StableStep {
 pub fn substeps_for_taps(model: &Model, params: &Params, site_m: Vector3<f32>, least: u16) -> Result<Option<u16>, BuildError> {
     let Some(least) = substeps_for_fast_taps(model, params, site_m, least)? else { return Ok(None) };
     let mut without_fault = None;
+    let site_m = site_m + params.touch_offset_m();
     for substeps in least..=least.saturating_add(MOST_ADDED) {
         let params = Params { substeps, limits: unbounded_but_sink(params), ..elastic(params) };
         let mut memory = Memory::for_model(model);
@@ -209,7 +211,7 @@ fn survives_fast_taps(model: &Model, params: &Params, site_m: Vector3<f32>) -> R
     let (speed_m_per_s, [held, away]) = (params.limits.max_speed_m_per_s, FAST_TICKS);
     let beside = tangents(params.probe.axis.cast().into()).map(|t| Vector3::from(t).cast::<f32>() * params.probe.radius_m);
     for ([right, ahead], phase) in FAST_TAPS {
-        let place_m = site_m + beside[0] * right + beside[1] * ahead;
+        let place_m = site_m + params.touch_offset_m() + beside[0] * right + beside[1] * ahead;
         let mut memory = Memory::for_model(model);
         let (tuned, mut state) = memory.start(model, &params)?;
         let hold = std::iter::repeat_n(model.depth_limit_m, held);

@@ -10,7 +10,7 @@ use palpate_tests::palpate_command::repository;
 use crate::c_programs::{bits, example, force_n, numbers, session, source};
 
 /// Words of a declaration in C that C# says differently, and how the file says them.
-const TYPES: [(&str, &str); 23] = [
+const TYPES: [(&str, &str); 24] = [
     ("const char *", "byte[]"),
     ("char *", "[Out] byte[]"),
     ("const uint8_t *", "byte[]"),
@@ -31,6 +31,7 @@ const TYPES: [(&str, &str); 23] = [
     ("int32_t ", "int "),
     ("uint8_t reserved[6]", "Six reserved"),
     ("uint8_t ", "byte "),
+    ("const double *orientation", "double[] orientation"),
     ("const double *", "ref Vector"),
     ("double *positions_m", "[Out] double[]positions_m"),
     ("double *", "out Vector"),

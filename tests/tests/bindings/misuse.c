@@ -64,6 +64,8 @@ static void no_session(palpate_session s) {
     IS(palpate_reset(s), PALPATE_CODE_NO_SESSION);
     IS(palpate_set_modulus(s, 3500.0), PALPATE_CODE_NO_SESSION);
     IS(palpate_lower_force(s, 1.0), PALPATE_CODE_NO_SESSION);
+    double upright[4] = {0.0, 0.0, 0.0, 1.0};
+    IS(palpate_turn(s, upright), PALPATE_CODE_NO_SESSION);
     IS(palpate_close(s), PALPATE_CODE_NO_SESSION);
     int32_t stage;
     char words[8];
@@ -171,6 +173,12 @@ static void in_a_session(palpate_session s) {
     IS(palpate_set_modulus(s, 10.0 * info.youngs_modulus_pa), PALPATE_CODE_OUT_OF_RANGE);
     IS(palpate_lower_force(s, info.max_force_n * 1.01), PALPATE_CODE_OUT_OF_RANGE);
     IS(palpate_lower_force(s, -1.0), PALPATE_CODE_OUT_OF_RANGE);
+    double turn[4] = {0.0, 0.0, 0.0, 2.0};
+    IS(palpate_turn(s, NULL), PALPATE_CODE_NULL);
+    IS(palpate_turn(s, turn), PALPATE_CODE_OUT_OF_RANGE);
+    HOLDS(strstr(palpate_last_message(), "quaternion") != NULL);
+    turn[3] = 1.0;
+    IS(palpate_turn(s, turn), PALPATE_CODE_OK);
 
     /* no force before the session is armed */
     IS(ticks(s, 900, 2e-3, force_n), PALPATE_CODE_OK);

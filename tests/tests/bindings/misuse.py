@@ -41,6 +41,21 @@ single = palpate.press("block", set={**small, "tissue.youngs_modulus_pa": 4000.0
 assert [found["state_hash"] for found in swept].count(single["state_hash"]) == 1
 assert swept[1]["state_hash"] == single["state_hash"] and "uncalibrated" in single["model"] and single["warnings"] == []
 assert 1.9 < swept[1]["hold_force_n"][-1] / swept[0]["hold_force_n"][-1] < 2.1 and np.isnan(single["hold_elements_n"]).all()
+# a hundred random presses at once give the bits of single ones
+rng = np.random.default_rng(54)
+drawn = [
+    {
+        "tissue.block_m": [0.06, 0.06, 0.03], "tissue.nodes": 60, "tissue.youngs_modulus_pa": rng.uniform(2e3, 2e4),
+        "drive.hold_s": 0.01, "drive.holds_m": [rng.uniform(5e-4, 3e-3)], "probe.position_m": rng.uniform(-5e-3, 5e-3, 2).tolist(),
+    }
+    for _ in range(100)
+]
+for changes, found in zip(drawn, palpate.press_many("block", drawn)):
+    single = palpate.press("block", set=changes)
+    for name in ("tip_m", "force_n", "depth_m", "hold_force_n", "state_hash", "residual_m"):
+        assert np.array_equal(found[name], single[name]), (changes, name)
+    assert found["hold_force_n"][0] > 1e-3
+
 block = palpate.press("block", set={"tissue.density_kg_per_m3": 1.06})
 assert (abs(block["hold_force_n"] / block["hold_elements_n"] - 1) < 0.02).all()
 assert "% rms off" in block["model"] and "kilograms" in block["warnings"][0]
@@ -71,6 +86,8 @@ corners = session.triangles
 assert corners.shape[1] == 3 and corners.max() < len(session.nodes_m) and (np.unique(corners, axis=0).shape == corners.shape)
 up = session.site_m + 2e-3 * session.axis
 assert session.mode == "boot" and session.fault is None and not session.contact and session.depth_m == 0.0
+raises(palpate.PalpateError, "quaternion", lambda: session.turn([0.0, 0.0, 0.0, 2.0]))
+raises(palpate.PalpateError, "tilt", lambda: session.tick(up, orientation=[0.0, 0.5**0.5, 0.0, 0.5**0.5]))
 for wrong in ([1.0, 2.0], [1.0] * 4, np.zeros(0), None, 1.0, np.zeros((1, 3))):
     raises(ValueError, "tip_m has shape", lambda: session.tick(wrong))
 for wrong in (np.zeros((4, 2)), np.zeros(3), np.zeros((2, 2, 3))):

@@ -44,3 +44,27 @@ fn press(bench: &Bench, [x_m, y_m]: [f32; 2], clear_m: f32) {
         assert!(felt || depth_m < FELT_M, "{label}");
     }
 }
+
+/// On a slope the edge of a flat end touches first: the middle of the face is then still above the
+/// surface, by more than the millimetre within which a ball is at it.
+#[test]
+fn a_flat_end_on_a_slope_has_a_force() {
+    for degrees in [0.0_f32, 5.0, 10.0, 15.0, 25.0, 35.0] {
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        let axis = Vector3::new(sin, 0.0, cos);
+        let bench = Bench::block(410).with(|p| (p.probe.shape, p.probe.axis) = (ProbeShape::Flat, axis));
+        let model = bench.patch.wide_model();
+        let mut memory = Memory::for_model(&model);
+        let (tuned, mut state) = memory.start(&model, &bench.params).unwrap();
+        let edge_m = bench.params.probe.radius_m * sin;
+        for n in 0..=280_i16 {
+            let depth_m = STEP_M * f32::from(n) - 4e-3;
+            let tip_m = bench.patch.site_m() + Vector3::new(0.0, 0.0, edge_m - depth_m);
+            let output = tick(&model, &tuned, &mut state, ProbePose { tip_m });
+            let label = format!("{degrees} degrees, the edge {depth_m} m deep: {output:?}");
+            assert!(output.fault.is_none() && !output.limiters.contains(ClampFlags::BURIED), "{label}");
+            // a foundation point is at most an element away from the edge
+            assert!(depth_m < 1.5e-3 || output.force_n.z > 1e-3 && !output.outside, "{label}");
+        }
+    }
+}

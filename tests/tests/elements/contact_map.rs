@@ -147,9 +147,9 @@ fn a_nodule_beside_the_probe_draws_the_centre_as_in_finite_elements() {
 }
 
 /// A probe that presses the preset block at an angle, or near its edge at x = 40 mm.
-struct OffTheMiddle {
-    shape: fn([f64; 3]) -> Shape,
-    radius_m: f64,
+pub struct OffTheMiddle {
+    pub shape: fn([f64; 3]) -> Shape,
+    pub radius_m: f64,
     degrees: f64,
     place_m: [f64; 2],
     depth_m: f64,
@@ -158,13 +158,13 @@ struct OffTheMiddle {
 }
 
 /// A rod that is 12 mm long between its rounded ends.
-fn capsule(degrees: f64, place_m: [f64; 2]) -> OffTheMiddle {
+pub fn capsule(degrees: f64, place_m: [f64; 2]) -> OffTheMiddle {
     let off_m = |x: f64, y: f64| (x.abs() - 6e-3).max(0.0).hypot((y.abs() - 3e-3).max(0.0));
     let shape = |along| Shape::Capsule { length_m: 12e-3, along };
     OffTheMiddle { shape, radius_m: 6e-3, degrees, place_m, depth_m: 3e-3, off_m }
 }
 
-fn flat_end(degrees: f64, place_m: [f64; 2]) -> OffTheMiddle {
+pub fn flat_end(degrees: f64, place_m: [f64; 2]) -> OffTheMiddle {
     OffTheMiddle {
         shape: |_| Shape::Flat,
         radius_m: RADIUS_M,
@@ -190,7 +190,7 @@ impl OffTheMiddle {
     }
 
     /// A mesh of the block, or of its half at y > 0.
-    fn mesh(&self, half: bool, least_m: f64) -> TetMesh {
+    pub fn mesh(&self, half: bool, least_m: f64) -> TetMesh {
         let y_m = if half { 0.02 } else { 0.0 };
         let spec = BlockSpec {
             size_m: [0.08, if half { 0.04 } else { 0.08 }, 0.04],
@@ -232,7 +232,7 @@ impl OffTheMiddle {
     }
 
     /// A patch by formulas with elements of this length where the pressure is steep [m].
-    fn by_formulas(&self, least_m: f64) -> Bench {
+    pub fn by_formulas(&self, least_m: f64) -> Bench {
         let mesh = self.mesh(false, least_m);
         let anchors = (0_u32..).zip(&mesh.nodes_m).filter(|(_, x)| x[2] < -0.0399).map(|(n, _)| n).collect();
         let ratio = vec![1.0; mesh.tets.len()];

@@ -17,5 +17,6 @@ mod statics_agree;
 mod stiffening_agrees;
 mod stiffening_regions;
 mod surface_files;
+mod tilted_tips;
 mod usd_text;
 mod whole_organ;

@@ -12,3 +12,4 @@ mod live_replay;
 mod loop_closes;
 mod safety_table;
 mod taps_are_faithful;
+mod tilted_tip;

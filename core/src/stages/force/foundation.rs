@@ -42,12 +42,9 @@ use super::friction::{self, Touch};
 use super::relaxation;
 use crate::lanes::{ROW, add, row, sqrt, vector};
 use crate::model::Model;
+pub use crate::params::FLAT_EDGE;
 use crate::params::{Probe, ProbeShape, Tuned};
 use crate::state::{Faded, Node, State, node};
-
-/// Radius of the flat probe's rounded edge, as a share of the probe's radius (1). With a sharp edge
-/// the force jumps when a point slips over it, and the tissue never comes to rest.
-pub const FLAT_EDGE: f32 = 1.0 / 16.0;
 
 /// Load of the probe on the tissue.
 #[derive(Clone, Copy, Debug)]

@@ -66,11 +66,13 @@ impl Session {
 
     /// Runs one tick: takes the position of the probe's tip [m] and returns the force on the device
     /// [N]. Call it every millisecond. The force is zero while a fault is latched: see `fault`.
-    #[pyo3(signature = (tip_m, *, late_ticks=0, stale=false, sensor_failed=false, operator_absent=false))]
+    /// `orientation` turns the probe first, as `turn` does.
+    #[pyo3(signature = (tip_m, *, orientation=None, late_ticks=0, stale=false, sensor_failed=false, operator_absent=false))]
     fn tick<'py>(
         &mut self,
         py: Python<'py>,
         tip_m: PyArrayLikeDyn<'py, f64, AllowTypeChange>,
+        orientation: Option<[f32; 4]>,
         late_ticks: u16,
         stale: bool,
         sensor_failed: bool,
@@ -81,6 +83,7 @@ impl Session {
             return Err(PyValueError::new_err(format!("tip_m has shape {:?}: give x, y and z in m", tip.shape())));
         };
         let tip_m = Vector3::new(tip[[0]], tip[[1]], tip[[2]]).cast();
+        orientation.map_or(Ok(()), |orientation| self.turn(orientation))?;
         self.inner.tick(&Input { tip_m, stale, sensor_failed, operator_absent, late_ticks });
         Ok(array(py, &self.inner.drive_n()))
     }
@@ -198,6 +201,13 @@ impl Session {
     /// Restarts the session: tissue at rest, no force, no fault, not armed.
     fn reset(&mut self) -> PyResult<()> {
         self.inner.reset().map_err(|error| PalpateError::new_err(error.to_string()))
+    }
+
+    /// Turns the probe about its tip from the next tick on, to a rotation from its upright pose: a
+    /// unit quaternion x, y, z, w in the scene's frame, by at most 45 degrees. It replaces the
+    /// scene's tilt until the next call.
+    fn turn(&mut self, orientation: [f32; 4]) -> PyResult<()> {
+        self.inner.turn(orientation).map_err(|error| PalpateError::new_err(error.to_string()))
     }
 
     /// Lowers the maximum force [N] for the rest of the session.

@@ -27,6 +27,8 @@ pub struct Press<'a> {
     body: &'a Body,
     probe: RigidProbe,
     place_m: Vector3<f64>,
+    /// Unit vector against the press.
+    up: Vector3<f64>,
     solver: Minimiser,
     /// Displacement of every node [m].
     pub displacement_m: Vec<Vector3<f64>>,
@@ -52,12 +54,19 @@ impl<'a> Press<'a> {
             body,
             probe,
             place_m,
+            up: probe.axis,
             solver: Minimiser::new(body)?,
             displacement_m: rest.clone(),
             before_m: rest,
             depth_m: 0.0,
             last_step_m: 0.0,
         })
+    }
+
+    /// Presses against this unit vector instead of along the probe, which may be tilted.
+    #[must_use]
+    pub fn against(self, up: Vector3<f64>) -> Self {
+        Self { up, ..self }
     }
 
     /// Number of entries of the Cholesky factor.
@@ -81,7 +90,7 @@ impl<'a> Press<'a> {
     /// Contact with the probe at a depth.
     #[must_use]
     pub fn contact(&self, depth_m: f64) -> Contact {
-        let probe = RigidProbe { tip_m: self.place_m - self.probe.axis * depth_m, ..self.probe };
+        let probe = RigidProbe { tip_m: self.place_m - self.up * depth_m, ..self.probe };
         let softness_m = SOFTNESS * (self.probe.radius_m * depth_m.abs().max(LEAST_DEPTH * self.probe.radius_m)).sqrt();
         Contact { probe, penalty_per_m: 1.0 / softness_m }
     }
@@ -95,7 +104,7 @@ impl<'a> Press<'a> {
     /// Force along the press over Young's modulus [m^2], positive out of the tissue.
     #[must_use]
     pub fn force_over_e_m2(&self) -> f64 {
-        self.touch().force_m2.dot(&self.probe.axis)
+        self.touch().force_m2.dot(&self.up)
     }
 
     /// Presses or releases to a depth, in as many steps as necessary, and calls `progress` with the

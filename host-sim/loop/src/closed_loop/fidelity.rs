@@ -108,7 +108,7 @@ fn tap(patch: &Patch, params: &Params, depth_m: f64, m_per_s: f64) -> Result<Vec
     let (tuned, mut state) = memory.start(&model, params)?;
     let axis = params.probe.axis;
     let mut at = |depth_m: f64| {
-        let tip_m = patch.site_m() - axis * depth_m as f32;
+        let tip_m = patch.touch_m(params) - axis * depth_m as f32;
         f64::from(tick(&model, &tuned, &mut state, ProbePose { tip_m }).force_n.dot(&axis))
     };
     let half_s = depth_m * std::f64::consts::PI / m_per_s;
@@ -133,7 +133,7 @@ fn lowest_j(patch: &Patch, params: &Params) -> Result<f64, BuildError> {
     let out = (deepest_m / step_m).ceil() as i32 + 50;
     let depths_m = (-2..=ticks).map(|n| f64::from(n) * step_m).chain((0..=out).map(|n| deepest_m - f64::from(n) * step_m));
     for depth_m in depths_m.map(|d| d.min(deepest_m)) {
-        let tip_m = patch.site_m() - params.probe.axis * depth_m as f32;
+        let tip_m = patch.touch_m(params) - params.probe.axis * depth_m as f32;
         tick(&model, &tuned, &mut state, ProbePose { tip_m });
         lowest_j = lowest_j.min(volumes(&model, &state).0);
     }

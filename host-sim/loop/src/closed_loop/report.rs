@@ -50,7 +50,7 @@ impl Target {
     pub fn site(&self) -> Site {
         match self {
             Self::Wall(_) => Site::new(Vector3::zeros(), Vector3::z()),
-            Self::Tissue(tissue, _) => Site::new(tissue.patch.site_m().cast(), tissue.params.probe.axis.cast()),
+            Self::Tissue(tissue, _) => Site::new(tissue.patch.touch_m(&tissue.params).cast(), tissue.params.probe.axis.cast()),
         }
     }
 

@@ -155,8 +155,8 @@ pub fn with_tissue<T>(patch: &Patch, params: &Params, work: impl FnOnce(&mut Tis
         states.push(state);
     }
     let state = states.swap_remove(0);
-    let site = Site::new(patch.site_m().cast(), params.probe.axis.cast());
-    let shape = Arc::new(RestSolid::of(&model, &params.probe));
+    let site = Site::new(patch.touch_m(params).cast(), params.probe.axis.cast());
+    let shape = Arc::new(RestSolid::of(&model, &params.turned_probe()));
     let tangent_m = tangent_m(patch, params)?;
     let mut surface =
         TissueSurface { variants, tangent_m, state, untouched: Untouched::default(), at: 0, wanted: 0, site, shape };
@@ -268,8 +268,8 @@ pub fn static_curve(patch: &Patch, params: &Params) -> Result<Vec<(f64, f64)>, B
     let params = Params { limits: GuardLimits { max_force_n: GuardLimits::HIGHEST.max_force_n, ..params.limits }, ..*params };
     let mut memory = Memory::for_model(&model);
     let (tuned, mut state) = memory.start(&model, &params)?;
-    let axis = params.probe.axis;
-    let mut press = |depth_m: f32| tick(&model, &tuned, &mut state, ProbePose { tip_m: patch.site_m() - axis * depth_m });
+    let (axis, touch_m) = (params.probe.axis, patch.touch_m(&params));
+    let mut press = |depth_m: f32| tick(&model, &tuned, &mut state, ProbePose { tip_m: touch_m - axis * depth_m });
     let (step_m, ticks) = (0.25e-3_f32, 60);
     press(-step_m);
     let steps = (model.depth_limit_m / step_m).floor() as u16;
@@ -295,7 +295,7 @@ pub fn tangent_m(patch: &Patch, params: &Params) -> Result<f32, BuildError> {
     let mut memory = Memory::for_model(&model);
     let (mut tuned, mut state) = memory.start(&model, params)?;
     let press = Press { radius_m: params.probe.radius_m, depth_m: model.depth_limit_m };
-    Ok(press::tangent_m(&model, &mut tuned, &mut state, patch.site_m(), press, &mut || {}).unwrap_or(0.0))
+    Ok(press::tangent_m(&model, &mut tuned, &mut state, patch.touch_m(params), press, &mut || {}).unwrap_or(0.0))
 }
 
 /// Depth at which a curve reaches a force [m]; the last depth if it never does.

@@ -102,6 +102,7 @@ impl Choice {
             _ => {}
         }
         scene.check()?;
+        scene.refuse_tilt("the live view shows an upright tip: leave it out, or use press")?;
         Ok(scene)
     }
 

@@ -17,6 +17,8 @@ use palpate_tissue::patch::Patch;
 pub struct LiveTissue {
     patch: Patch,
     params: Params,
+    /// Orientation that the probe is turned to.
+    turns_to: [f32; 4],
     nodes: Vec<Node>,
     candidates: Vec<u16>,
     shapes: Vec<TetShapes>,
@@ -44,6 +46,7 @@ impl LiveTissue {
         };
         let mut tissue = Self {
             params,
+            turns_to: params.orientation,
             nodes: vec![Node::ZERO; nodes],
             candidates: vec![0; triangles],
             shapes: vec![TetShapes::ZERO; shapes],
@@ -76,7 +79,7 @@ impl LiveTissue {
     /// Geometry at rest, for the checks.
     #[must_use]
     pub fn rest_shape(&self) -> Arc<dyn RestShape> {
-        Arc::new(RestSolid::of(&self.patch.model(), &self.params.probe))
+        Arc::new(RestSolid::of(&self.patch.model(), &self.params.turned_probe()))
     }
 
     /// Nodes of the patch, in the patch's order.
@@ -103,6 +106,43 @@ impl LiveTissue {
         params.retune(&model, &mut tuned);
         (self.gains, self.params) = (tuned.gains(), params);
         Ok(())
+    }
+
+    /// Turns the probe about its tip, from the next tick on, to the rotation from its upright pose
+    /// that a unit quaternion x, y, z, w gives. As the guard limits the speed into the tissue, the
+    /// probe turns no faster than its farthest point may sink.
+    ///
+    /// # Errors
+    /// Fails if the quaternion is not one or tilts the probe by more than 45 degrees, or if a law
+    /// answers, which was measured upright; nothing changes then.
+    pub fn turn(&mut self, orientation: [f32; 4]) -> Result<(), BuildError> {
+        Params { orientation, ..self.params }.check()?;
+        if self.patch.model().law.is_some() {
+            let tilt = orientation[0].hypot(orientation[1]).hypot(orientation[2]);
+            BuildError::within("sine of half of the tilt over a law", tilt, 0.0, 0.0)?;
+        }
+        self.turns_to = orientation;
+        Ok(())
+    }
+
+    /// Turns the probe by what a tick allows.
+    fn follow(&mut self) {
+        let (to, from) = (self.turns_to, self.params.orientation);
+        if to == from {
+            return;
+        }
+        // a quaternion and its opposite are the same rotation; the chord is half of the angle
+        let near = if (0..4).map(|k| to[k] * from[k]).sum::<f32>() < 0.0 { to.map(|part| -part) } else { to };
+        let chord = (0..4).map(|k| (near[k] - from[k]).powi(2)).sum::<f32>().sqrt();
+        let reach_m = self.params.probe.reach_m();
+        let most = 0.5 * self.params.limits.max_sink_m_per_s * self.params.tick_s / reach_m;
+        self.params.orientation = if chord <= most {
+            to
+        } else {
+            let between = [0, 1, 2, 3].map(|k| from[k] + (near[k] - from[k]) * (most / chord));
+            let length = between.iter().map(|part| part * part).sum::<f32>().sqrt();
+            between.map(|part| part / length)
+        };
     }
 
     /// Contact map after the last tick; `pressure_pa` receives the pressure on each surface
@@ -153,6 +193,7 @@ impl Renderer for LiveTissue {
             self.rest();
             return Output::NONE;
         }
+        self.follow();
         let Self { patch, params, nodes, candidates, shapes, node_step, gains, faded, bristles, held, .. } = self;
         let model = patch.wide_model();
         let tuned = params.derive(node_step, *gains);

@@ -46,7 +46,7 @@ impl PackArgs {
         if machine.is_board() {
             scene.refuse_what_boards_lack(machine.name)?;
         }
-        Ok(())
+        Ok(scene.refuse_what_no_file_has()?)
     }
 }
 

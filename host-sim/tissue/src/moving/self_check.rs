@@ -169,7 +169,7 @@ fn press(
     let model = patch.wide_model();
     let mut memory = Memory::for_model(&model);
     let (tuned, mut state) = memory.start(&model, params)?;
-    let axis = params.probe.axis;
+    let (axis, site_m) = (params.probe.axis, site_m + params.touch_offset_m());
     let [along, across] = tangents(axis.map(f64::from).into()).map(|t| Vector3::from(t).cast::<f32>());
     let mut force_n = Vec::new();
     for [depth_m, dragged_m] in tips {

@@ -168,6 +168,7 @@ impl Truth {
             let tissue = TissueScene { nodes: scene.tissue.nodes, ..own.tissue.clone() };
             tissue == scene.tissue
                 && (own.probe.shape, own.probe.radius_m) == (scene.probe.shape, scene.probe.radius_m)
+                && own.probe.tilt_deg == scene.probe.tilt_deg
                 && place(&own) == place(scene)
         })
     }

@@ -1,6 +1,6 @@
 //! Checks of values that the types do not limit, made before anything is built or written.
 
-use palpate::{BuildError, GuardLimits};
+use palpate::{BuildError, GuardLimits, Vector3};
 
 use super::{Drive, Scene, SceneError};
 
@@ -17,6 +17,11 @@ const STIFFENING: std::ops::RangeInclusive<f64> = 0.0..=100.0;
 /// Cosine between the long side of a tip and the axis of the press above which the long side does
 /// not lie on the surface.
 const STEEP: f64 = 0.5;
+/// Largest angle between a tilted tip and the press [degrees]: presence in the core takes a steeper
+/// surface for a wall.
+const MOST_TILT_DEG: f64 = 45.0;
+/// Error of that angle in single precision [degrees].
+const ROUNDING_DEG: f64 = 0.01;
 /// Extensions of surface files.
 const SURFACES: [&str; 2] = ["stl", "obj"];
 /// Young's modulus [Pa] below which the unit is probably wrong: no organ is softer.
@@ -41,6 +46,7 @@ impl Scene {
         self.check_inclusions()?;
         self.check_relaxation()?;
         let up = self.check_along()?;
+        self.check_tilt(up)?;
         self.params(up).check().map_err(|cause| SceneError::parameter(&self.file, cause))?;
         self.check_solver()?;
         self.check_drive()
@@ -101,12 +107,32 @@ impl Scene {
         Ok(())
     }
 
-    /// Refuses tissue that stiffens, for commands that fit a patch: patches are fitted to
-    /// neo-Hookean tissue.
+    /// Refuses a tilted tip, for what works on an upright one: `why` says where and why.
     ///
     /// # Errors
-    /// A stiffening exponent is above zero.
-    pub fn refuse_stiffening(&self) -> Result<(), SceneError> {
+    /// The tilt is not zero.
+    pub fn refuse_tilt(&self, why: &str) -> Result<(), SceneError> {
+        if self.probe.tilt_deg == [0.0; 3] {
+            return Ok(());
+        }
+        self.bad("probe.tilt_deg", &format!("= {:?}: {why}", self.probe.tilt_deg))
+    }
+
+    /// Refuses what no patch file holds, for commands that write one.
+    ///
+    /// # Errors
+    /// The tip is tilted.
+    pub fn refuse_what_no_file_has(&self) -> Result<(), SceneError> {
+        self.refuse_tilt("a patch holds an upright tip and serves any: leave it out here, give it to press")
+    }
+
+    /// Refuses tissue that stiffens and a tilted tip, for commands that fit a patch: patches are
+    /// fitted to neo-Hookean tissue under an upright tip.
+    ///
+    /// # Errors
+    /// A stiffening exponent is above zero, or the tip is tilted.
+    pub fn refuse_what_no_fit_has(&self) -> Result<(), SceneError> {
+        self.refuse_what_no_file_has()?;
         let (key, b) = self.tissue.most_stiffening();
         if b == 0.0 {
             return Ok(());
@@ -116,10 +142,10 @@ impl Scene {
     }
 
     /// Refuses the terms that no board's image contains: tissue that stiffens, a capsule or an
-    /// ellipsoid.
+    /// ellipsoid, a tilted tip.
     ///
     /// # Errors
-    /// A stiffening exponent is above zero, or the tip is a capsule or an ellipsoid.
+    /// A stiffening exponent is above zero, or the tip is a capsule or an ellipsoid, or tilted.
     pub fn refuse_what_boards_lack(&self, board: &str) -> Result<(), SceneError> {
         if !self.probe.shape.is_round() {
             let why = format!(
@@ -128,6 +154,7 @@ impl Scene {
             );
             return self.bad("probe.shape", &why);
         }
+        self.refuse_tilt(&format!("a tip cannot tilt on {board}: leave it out, or press on the desktop"))?;
         let (key, b) = self.tissue.most_stiffening();
         if b == 0.0 {
             return Ok(());
@@ -142,6 +169,7 @@ impl Scene {
     /// The probe has friction, or the tissue stiffens, has weight or holds a nodule.
     pub fn refuse_what_a_law_lacks(&self, why: &str) -> Result<(), SceneError> {
         let (key, what) = match () {
+            () if self.probe.tilt_deg != [0.0; 3] => ("probe.tilt_deg", "a tilted tip, which presses nodes"),
             () if self.probe.friction > 0.0 => ("probe.friction", "friction, which slides over nodes"),
             () if self.tissue.most_stiffening_b() > 0.0 => ("tissue.stiffening_b", "stiffening, which is that of nodes"),
             () if self.tissue.gravity_m_per_s2 != [0.0; 3] => ("tissue.gravity_m_per_s2", "weight, which nodes carry"),
@@ -171,6 +199,19 @@ impl Scene {
             (true, false) => Ok(x),
             (false, _) => Ok(up),
         }
+    }
+
+    /// Checks the tilt of the tip against the axis of the press.
+    fn check_tilt(&self, up: [f64; 3]) -> Result<(), SceneError> {
+        let tilt = self.probe.tilt_deg;
+        let turned = self.params(up).turned_probe().axis;
+        let degrees = turned.cast::<f64>().dot(&Vector3::from(up)).clamp(-1.0, 1.0).acos().to_degrees();
+        if !(0.0..=MOST_TILT_DEG + ROUNDING_DEG).contains(&degrees) {
+            let why =
+                format!("= {tilt:?} tilts the tip by {degrees:.0} degrees: give at most {MOST_TILT_DEG}, as [0.0, 15.0, 0.0]");
+            return self.bad("probe.tilt_deg", &why);
+        }
+        Ok(())
     }
 
     /// Checks the bound on the moving error.

@@ -24,6 +24,7 @@ impl Scene {
                 radius_m: self.probe.radius_m as f32,
                 axis: axis.map(|c| c as f32).into(),
             },
+            orientation: self.probe.orientation().map(|part| part as f32),
             terms: match self.solver.method {
                 Method::Palpate => Terms::ALL,
                 Method::Springs => Terms::SPRINGS_ONLY,

@@ -57,7 +57,7 @@ fn parse(scene: &Table) -> Result<Scene, String> {
 fn value(key: &str, number: f64) -> Value {
     let one = Value::Float(number);
     match key {
-        "block_m" | "gravity_m_per_s2" | "semi_axes_m" => Value::Array(vec![one; 3]),
+        "block_m" | "gravity_m_per_s2" | "semi_axes_m" | "tilt_deg" => Value::Array(vec![one; 3]),
         "holds_m" | "holds_n" => Value::Array(vec![one]),
         _ => one,
     }

@@ -225,6 +225,25 @@ impl RestSolid {
         tip_m + self.probe.axis.cast::<f64>() * arm_m
     }
 
+    /// Depth of the deepest point of a tip that is no ball below the tip, against this unit vector
+    /// [m].
+    fn below_tip_m(&self, up: &Vector3<f64>) -> f64 {
+        let (radius_m, axis) = (f64::from(self.probe.radius_m), self.probe.axis.cast::<f64>());
+        let above_m = radius_m * axis.dot(up);
+        match self.probe.shape {
+            ProbeShape::Hemisphere | ProbeShape::Sphere => 0.0,
+            ProbeShape::Flat => radius_m * axis.cross(up).norm(),
+            ProbeShape::Capsule { length_m, along } => {
+                radius_m - above_m + 0.5 * f64::from(length_m) * along.cast::<f64>().dot(up).abs()
+            }
+            ProbeShape::Ellipsoid { semi_axes_m, along } => {
+                let [a_m, b_m] = semi_axes_m.map(f64::from);
+                let along = along.cast::<f64>();
+                Vector3::new(a_m * along.dot(up), b_m * axis.cross(&along).dot(up), above_m).norm() - above_m
+            }
+        }
+    }
+
     /// Whether a tip is on the outer side of (or at most [`BELOW_M`] below) a touchable triangle
     /// that the probe's end overlaps, or else the nearest triangle. Triangles that meet at an edge
     /// are equally near to a ball outside it: it is enough to be above one of them.
@@ -307,10 +326,14 @@ impl RestShape for RestSolid {
         self.contains(tip_m)
     }
 
-    /// Distance of the tip from the touchable surface, wherever the gap to the tissue is zero.
+    /// Distance of the tip from the touchable surface, wherever the gap to the tissue is zero; of a
+    /// tip that is no ball, the depth of its deepest point below that surface if it is larger.
     fn depth_m(&self, tip_m: &Vector3<f64>) -> f64 {
         match self.skin_near(tip_m) {
-            Some((foot_m, _)) if self.outside_m(tip_m) == 0.0 => (foot_m - tip_m).norm(),
+            Some((foot_m, normal)) if self.outside_m(tip_m) == 0.0 => {
+                let arm_m = foot_m - tip_m;
+                arm_m.norm().max(arm_m.dot(&normal) + self.below_tip_m(&normal))
+            }
             _ => 0.0,
         }
     }

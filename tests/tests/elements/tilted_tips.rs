@@ -1,0 +1,115 @@
+//! Forces of tilted tips compared with finite elements under the same tip.
+
+use palpate::{Params, Probe, ProbePose, Vector3, tick};
+use palpate_fit::reference::domain::BlockCase;
+use palpate_fit::reference::newton::Press;
+use palpate_fit::reference::probe::RigidProbe;
+use palpate_tests::bench::Bench;
+use palpate_tissue::scene::Shape;
+
+use crate::contact_map::{OffTheMiddle, capsule, flat_end};
+use crate::fem_reference::{assert_within, standard_block};
+
+/// Depths of the deepest point of the tip [m].
+const DEPTHS_M: [f64; 3] = [1e-3, 2e-3, 3e-3];
+
+fn tilted(case: &OffTheMiddle, degrees: f64) -> Params {
+    let probe = Probe {
+        shape: (case.shape)([1.0, 0.0, 0.0]).of_core([0.0, 0.0, 1.0]),
+        radius_m: case.radius_m as f32,
+        axis: Vector3::z(),
+    };
+    let (sin, cos) = (0.5 * degrees.to_radians()).sin_cos();
+    Params { probe, orientation: [0.0, sin as f32, 0.0, cos as f32], ..Params::default() }
+}
+
+/// Forces along the press over E [m^2] of finite elements under a tip that is tilted about y, with
+/// elements of `least_m` where the pressure is steep.
+fn solved(case: &OffTheMiddle, degrees: f64, least_m: f64) -> Vec<f64> {
+    let block = BlockCase { may_cut: [false, true], ..standard_block(0, 0.0) };
+    let body = block.support(&case.mesh(true, least_m), [false, true]);
+    let (sin, cos) = degrees.to_radians().sin_cos();
+    let (axis, along, up) = (Vector3::new(sin, 0.0, cos), Vector3::new(cos, 0.0, -sin), Vector3::z());
+    let tip = RigidProbe::new((case.shape)(along.into()), case.radius_m, Vector3::zeros(), axis);
+    // with the middle of the tip above the site, and its lowest point level with it
+    let place_m = body.place_m
+        + match tip.shape {
+            Shape::Capsule { length_m, .. } => up * (tip.radius_m + 0.5 * length_m * sin) - axis * tip.radius_m,
+            // the lowest point is on the rounded edge
+            _ => up * ((tip.radius_m - tip.edge_m) * sin + tip.edge_m * (1.0 - cos)),
+        };
+    let mut press = Press::new(&body.body, tip, place_m).unwrap().against(up);
+    let mut force_m2 = Vec::new();
+    for depth_m in DEPTHS_M {
+        press.go_to(depth_m, |_| {}).unwrap();
+        force_m2.push(press.force_over_e_m2());
+    }
+    force_m2
+}
+
+/// Forces of a patch, held, over E [m^2].
+fn pressed(bench: &Bench, tilted: &Params) -> Vec<f64> {
+    let bench = bench.clone().with(|p| (p.probe, p.orientation) = (tilted.probe, tilted.orientation));
+    let model = bench.patch.wide_model();
+    let mut memory = bench.memory();
+    let (tuned, mut state) = memory.start(&model, &bench.params).unwrap();
+    let touch_m = bench.patch.touch_m(&bench.params);
+    let mut depth_m = -3e-3_f32;
+    let mut hold = |to_m: f32| {
+        let mut force_n = 0.0;
+        for _ in 0..500 {
+            depth_m = (depth_m + 2e-5).min(to_m);
+            let output = tick(&model, &tuned, &mut state, ProbePose { tip_m: touch_m - Vector3::z() * depth_m });
+            assert_eq!(output.fault, None);
+            force_n = output.force_n.z;
+        }
+        f64::from(force_n / bench.params.youngs_modulus_pa)
+    };
+    DEPTHS_M.iter().map(|depth_m| hold(*depth_m as f32)).collect()
+}
+
+fn assert_forces(
+    case: &OffTheMiddle,
+    degrees: f64,
+    least_m: f64,
+    from_m: f64,
+    benches: impl IntoIterator<Item = Bench>,
+    share: f64,
+) {
+    let (right, params) = (solved(case, degrees, least_m), tilted(case, degrees));
+    for bench in benches {
+        for ((own, right), depth_m) in pressed(&bench, &params).into_iter().zip(&right).zip(DEPTHS_M) {
+            let label = format!("{degrees} degrees, {depth_m} m, {} nodes", bench.patch.wide_model().nodes.len());
+            println!("{label}: {:+.2} %", 100.0 * (own / right - 1.0));
+            if depth_m >= from_m {
+                assert_within(&label, own, *right, share);
+            }
+        }
+    }
+}
+
+/// The force of a tilted capsule is that of finite elements, on patches that were fitted to an
+/// upright hemisphere.
+#[test]
+fn a_tilted_capsules_force_is_that_of_finite_elements() {
+    assert_forces(&capsule(0.0, [0.0; 2]), 20.0, 2.2e-3, 0.0, [410, 1020].map(Bench::calibrated), 0.03);
+}
+
+#[test]
+#[ignore = "long: finite elements of half a block, three times"]
+fn a_capsules_force_is_that_of_finite_elements_at_every_tilt() {
+    for degrees in [0.0, 10.0, 30.0] {
+        assert_forces(&capsule(0.0, [0.0; 2]), degrees, 2.2e-3, 0.0, [410, 1020].map(Bench::calibrated), 0.03);
+    }
+}
+
+/// A flat end misses 3 %, as it does upright: patches by formulas are that far off, and one that
+/// was fitted to a hemisphere loses up to two fifths of the force of a shallow edge.
+#[test]
+#[ignore = "long: finite elements of half a block, and patches of thousands of nodes"]
+fn a_flat_ends_force_is_within_five_percent_of_finite_elements_once_its_edge_is_deep() {
+    let case = flat_end(0.0, [0.0; 2]);
+    for degrees in [10.0, 20.0, 30.0] {
+        assert_forces(&case, degrees, 2.2e-3, 2e-3, [case.by_formulas(0.9e-3)], 0.05);
+    }
+}
