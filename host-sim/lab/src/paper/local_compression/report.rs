@@ -64,10 +64,11 @@ fn annealing(findings: &mut Findings, block: &OnBlock, organs: &[OnOrgan]) {
         .col("without_answer", |(_, walk, _)| walk.simulations[1])
         .col("least_stress_pa", |(.., region)| region.map(|region| region.least_stress_pa))
         .all();
-    findings.tables.push(
-        walks
-            .about("Fig. 7: k and d fitted by the paper's annealing to the motion of finite elements after the finger is let go"),
-    );
+    findings
+        .tables
+        .push(walks.about(
+            "Fig. 7: k and d fitted by the paper's annealing to the motion of finite elements after the finger is let go",
+        ));
     let below = format!("block, {} nodes; the last trial of each temperature", block.block.size().nodes);
     let figure = |name: &str, title: &str, y: &str, pick: fn(&Step) -> f64, level: Level| {
         let walk = |(n, found): (usize, &Found)| {
