@@ -70,7 +70,7 @@ fn failure(line: &str) -> Option<String> {
 
 /// Commands that take minutes on one core. Other tests run a quick form of each except the
 /// benchmark.
-const LONG: [&str; 10] = [
+const LONG: [&str; 11] = [
     "accept",
     "bench",
     "chart",
@@ -81,6 +81,7 @@ const LONG: [&str; 10] = [
     "loop --quick",
     "paper",
     "stability",
+    "suite",
 ];
 
 #[test]

@@ -37,4 +37,5 @@ mod ranges_make_one_run;
 mod soak;
 mod stability_loop;
 mod stability_model;
+mod suite;
 mod yielding_hands;
