@@ -50,15 +50,13 @@ pub(super) struct Response {
 }
 
 impl Response {
-    /// Before the first stroke. It is all zero, or its value would lie in the flash as well;
-    /// [`Self::begin`] and [`Self::prepare`] set what a stroke starts from.
     pub const NEW: Self = Self {
         travel_m: [0.0; TICKS],
         ticks: 0,
-        reversed: 0,
+        reversed: TICKS,
         shapes: Shapes { from: 0, to: 0, mean_square: 0.0, per_norm: [0.0; POWERS], gone: [0.0; TICKS] },
-        pair: 0,
-        best: (0.0, 0.0),
+        pair: PAIRS,
+        best: (f32::MAX, 0.0),
         misfit: [0.0; PAIRS],
     };
 
