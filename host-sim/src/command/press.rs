@@ -216,7 +216,9 @@ fn print_report(scene: &Scene, session: &Session) {
             );
         }
     }
-    println!("  expected  about {:.4} N at 1 mm (a half-space under this probe)", r.half_space_force_at_1mm_n);
+    if !scene.probe.is_tilted() {
+        println!("  expected  about {:.4} N at 1 mm (a half-space under this probe)", r.half_space_force_at_1mm_n);
+    }
     if let Some(pct) = coarse::missing_pct(scene, &session.patch) {
         println!(
             "  warning   elements under the probe ({:.1} mm) are coarse for its radius ({:.1} mm): the force may be up to {pct:.0} % too low; take more nodes, or fit the scene (palpate fit --scene {})",

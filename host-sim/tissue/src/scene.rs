@@ -332,6 +332,12 @@ impl ProbeScene {
         Tip { shape: self.shape, radius_m: self.radius_m }
     }
 
+    /// Whether a tilt changes what the tip presses: not that of a ball.
+    #[must_use]
+    pub fn is_tilted(&self) -> bool {
+        self.tilt_deg != [0.0; 3] && !matches!(self.shape, Shape::Hemisphere | Shape::Sphere)
+    }
+
     /// Orientation of the tip: the quaternion x, y, z, w of its tilt.
     #[must_use]
     pub fn orientation(&self) -> [f64; 4] {

@@ -140,8 +140,9 @@ fn depth_limit_m(scene: &Scene, tips_m: &[[f32; 3]], site_m: [f64; 3], axis: [f6
         Drive::Force { .. } => DEFAULT_DEPTH_RADII * scene.probe.radius_m,
         Drive::Trace { depth_limit_m: Some(limit_m), .. } => return *limit_m,
         Drive::Trace { .. } => {
-            let depths =
-                tips_m.iter().map(|tip| (Vector3::from(site_m) - Vector3::from(tip.map(f64::from))).dot(&Vector3::from(axis)));
+            // where the tip touches the site: of a tilted one another point is the deepest
+            let touch_m = Vector3::from(site_m) + scene.params(axis).touch_offset_m().cast();
+            let depths = tips_m.iter().map(|tip| (touch_m - Vector3::from(tip.map(f64::from))).dot(&Vector3::from(axis)));
             let deepest = depths.fold(0.0, f64::max);
             if deepest > 0.0 { deepest } else { DEFAULT_DEPTH_RADII * scene.probe.radius_m }
         }
@@ -323,4 +324,26 @@ fn nearest_on_triangle(corners: [Vector3<f64>; 3], p: Vector3<f64>) -> Vector3<f
     };
     let squared = |q: Vector3<f64>| (p - q).dot(&(p - q));
     [side(0), side(1), side(2)].into_iter().min_by(|a, b| squared(*a).total_cmp(&squared(*b))).unwrap_or(foot)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_trace_of_a_tilted_tip_is_as_deep_as_its_deepest_point() {
+        let scene = Scene::parse(
+            "tilted",
+            "name = \"tilted\"\n[tissue]\nblock_m = [0.08, 0.08, 0.04]\nyoungs_modulus_pa = 3500.0\npoisson_ratio = 0.45\n\
+             density_kg_per_m3 = 1060.0\n[probe]\nshape = \"capsule\"\nradius_m = 0.006\nlength_m = 0.012\nalong = [1.0, 0.0, 0.0]\n\
+             tilt_deg = [0.0, 15.0, 0.0]\n[drive]\nkind = \"depth\"\nholds_m = [0.004]\nramp_m_per_s = 0.04\nhold_s = 0.1\n",
+        );
+        let mut scene = scene.unwrap();
+        let (site_m, axis) = ([0.0, 0.0, 0.04], [0.0, 0.0, 1.0]);
+        let pressed_m = depth_limit_m(&scene, &[], site_m, axis);
+        let touch_m = Vector3::new(0.0, 0.0, 0.04) + scene.params(axis).touch_offset_m();
+        scene.drive = Drive::Trace { trace: "trace.csv".into(), depth_limit_m: None };
+        let traced_m = depth_limit_m(&scene, &[(touch_m - Vector3::z() * 0.004).into()], site_m, axis);
+        assert!((traced_m - pressed_m).abs() < 1e-6, "{traced_m} m, pressed: {pressed_m} m");
+    }
 }

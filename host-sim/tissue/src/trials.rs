@@ -148,9 +148,12 @@ pub fn shipped() -> Vec<Trial> {
 /// Bound on the error of a scene on a block with `nodes` nodes: uncalibrated, or with a patch
 /// fitted to another tip on the same tissue. It is the error of the nearest trial, grown with the
 /// distance from it. `None` if there is no trial of that kind; no trial
-/// has tissue that stiffens.
+/// has tissue that stiffens or a tilted tip.
 #[must_use]
 pub fn expected(scene: &Scene, nodes: usize, fitted: Option<&FitRecord>) -> Option<Expected> {
+    if scene.probe.is_tilted() {
+        return None;
+    }
     let (tissue, radius_m) = (&scene.tissue, scene.probe.radius_m);
     let deepest_m = match &scene.drive {
         Drive::Depth { holds_m, .. } | Drive::Hand { holds_m, .. } => holds_m.iter().copied().fold(0.0, f64::max),
