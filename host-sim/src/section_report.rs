@@ -55,6 +55,7 @@ pub fn draw(
         triangles: &triangles,
         fixed: &fixed,
         balls_m: &balls_m,
+        up: axis.into(),
         moments: &moments,
     };
     Ok(charts::section(folder.draft(), "section", &section)?)

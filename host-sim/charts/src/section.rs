@@ -42,6 +42,8 @@ pub struct Section<'a> {
     /// Balls whose stiffness differs from the tissue around them: centre at rest [m] and radius
     /// [m].
     pub balls_m: &'a [([f64; 3], f64)],
+    /// Direction of the press, out of the tissue, of any non-zero length: it is up in the picture.
+    pub up: [f64; 3],
     /// One to three moments of the press, from left to right.
     pub moments: &'a [Moment<'a>],
 }
@@ -55,7 +57,7 @@ pub struct Moment<'a> {
     pub probe: Probe,
     /// Depth of the tip below the surface at rest [m].
     pub depth_m: f64,
-    /// Force on the probe along its handle [N]; positive pushes the probe out of the tissue.
+    /// Force on the probe along the press [N]; positive pushes the probe out of the tissue.
     pub force_n: f64,
 }
 
@@ -92,6 +94,7 @@ impl Section<'_> {
         known("triangles", &mut self.triangles.iter().map(|t| &t[..]))?;
         known("tets", &mut self.tets.iter().map(|t| &t[..]))?;
         check("rest_m (x, y, z in turn)", self.rest_m.iter().flatten().copied())?;
+        check("up", self.up)?;
         check("balls_m radius", self.balls_m.iter().map(|ball| ball.1))?;
         for moment in self.moments {
             check("deformed_m (x, y, z in turn)", moment.deformed_m.iter().flatten().copied())?;
@@ -130,15 +133,17 @@ impl SectionPicture<'_> {
     /// Cut plane and visible part that are common to all moments.
     fn window(&self) -> Window {
         let probe = &self.last.probe;
-        let axis = probe.direction();
-        let right = tip::long_side(probe);
+        let up = V3::from(self.section.up).try_normalize(0.0).unwrap_or_else(V3::z);
+        let right = tip::cut_direction(probe, up);
+        let front = right.cross(&up);
         let size_m = tip::half_width_m(probe);
-        let tip_m = V3::from(probe.tip_m);
+        let middle_m = probe.direction() * probe.radius_m;
         Window {
-            site_m: tip_m + axis * self.last.depth_m,
+            // in the plane through the middle of the tip, which a tilt moves off that of the press
+            site_m: V3::from(probe.tip_m) + up * self.last.depth_m + front * middle_m.dot(&front),
             right,
-            axis,
-            front: right.cross(&axis),
+            up,
+            front,
             half_width_m: SHOWN[0] * size_m,
             depth_m: SHOWN[1] * size_m,
             behind_m: SHOWN[3] * size_m,
@@ -159,15 +164,15 @@ impl SectionPicture<'_> {
         let (size_m, w) = (tip::half_width_m(&self.last.probe), window);
         // the picture ends where the tissue ends
         let low_m = self.lowest_m(window).min(w.depth_m);
-        let corner = |x: f64, up: f64| w.site_m + w.right * (x * w.half_width_m) + w.axis * up;
+        let corner = |x: f64, up: f64| w.site_m + w.right * (x * w.half_width_m) + w.up * up;
         let corners =
             [corner(-1.0, -low_m), corner(1.0, -low_m), corner(-1.0, SHOWN[2] * size_m), corner(1.0, SHOWN[2] * size_m)];
-        View::from_eye(w.front * cosine + w.axis * sine, w.axis, &corners.into_iter(), frame)
+        View::from_eye(w.front * cosine + w.up * sine, w.up, &corners.into_iter(), frame)
     }
 
-    /// Largest depth of the tissue below the site at rest, along the axis [m].
+    /// Largest depth of the tissue below the site at rest, along the press [m].
     fn lowest_m(&self, w: &Window) -> f64 {
-        let below = self.section.rest_m.iter().map(|x| (w.site_m - V3::from(*x)).dot(&w.axis));
+        let below = self.section.rest_m.iter().map(|x| (w.site_m - V3::from(*x)).dot(&w.up));
         below.fold(0.0, f64::max)
     }
 
@@ -239,10 +244,10 @@ impl SectionPicture<'_> {
     fn force<DB: DrawingBackend>(&self, area: &Area<DB>, window: &Window, view: &View, moment: &Moment) -> Drawn<DB> {
         let size_m = tip::half_width_m(&moment.probe);
         let most_n = self.section.moments.iter().map(|m| m.force_n).fold(0.0, f64::max);
-        let (tip_m, axis) = (V3::from(moment.probe.tip_m), window.axis);
+        let (tip_m, up) = (V3::from(moment.probe.tip_m), window.up);
         if most_n > 0.0 && moment.force_n > 0.02 * most_n {
-            let foot = tip_m + axis * (0.35 * size_m);
-            let head = foot + axis * (ARROW * size_m * moment.force_n / most_n);
+            let foot = tip_m + up * (0.35 * size_m);
+            let head = foot + up * (ARROW * size_m * moment.force_n / most_n);
             let (from, to) = (view.spot(foot), view.spot(head));
             area.draw(&PathElement::new([from, (to.0, to.1 + px(8.0))], line(REFERENCE, 4.0)))?;
             let head = vec![(to.0, to.1), (to.0 - px(7.0), to.1 + px(13.0)), (to.0 + px(7.0), to.1 + px(13.0))];
@@ -305,7 +310,7 @@ impl Picture for SectionPicture<'_> {
                 closed(area, points, fill, fill, 0.5)?;
             }
             self.face(area, &window, &view, moment)?;
-            let profile = tip::profile(&moment.probe, &window, 0.0).iter().map(|p| view.spot(*p)).collect();
+            let profile = tip::profile(&moment.probe, &window).iter().map(|p| view.spot(*p)).collect();
             closed(area, profile, mixed(WHITE, MUTED, 0.18), INK, 1.6)?;
             self.force(area, &window, &view, moment)?;
             if k == 0 {

@@ -61,6 +61,7 @@ fn cut_tet<'a>(moments: &'a [Moment<'a>]) -> Section<'a> {
         triangles: &TET_SIDES,
         fixed: &[true, true, true, false],
         balls_m: &[([0.0, 0.0, 0.01], 0.02)],
+        up: [0.0, 0.0, 1.0],
         moments,
     }
 }

@@ -27,8 +27,8 @@ pub struct Window {
     pub site_m: V3,
     /// Unit vector to the right in the picture.
     pub right: V3,
-    /// Unit vector from the tip to the handle.
-    pub axis: V3,
+    /// Unit vector out of the tissue along the press, up in the picture.
+    pub up: V3,
     /// Unit normal of the cut, toward the eye.
     pub front: V3,
     /// Half of the visible width [m].
@@ -63,7 +63,7 @@ impl Window {
     /// The part of a polygon within the visible width and depth.
     fn shown(&self, polygon: &[Corner]) -> Vec<Corner> {
         let x = |p: V3| (p - self.site_m).dot(&self.right);
-        let below = |p: V3| (self.site_m - p).dot(&self.axis);
+        let below = |p: V3| (self.site_m - p).dot(&self.up);
         let right = clipped(polygon, |p| x(p) - self.half_width_m);
         let left = clipped(&right, |p| -x(p) - self.half_width_m);
         clipped(&left, |p| below(p) - self.depth_m)
@@ -145,7 +145,7 @@ mod tests {
     const TET: [[f64; 3]; 4] = [[-1.0, 0.0, -1.0], [1.0, -1.0, -1.0], [1.0, 1.0, -1.0], [1.0, 0.0, 1.0]];
 
     fn window(site_m: V3) -> Window {
-        Window { site_m, right: V3::y(), axis: V3::z(), front: V3::x(), half_width_m: 10.0, depth_m: 10.0, behind_m: 10.0 }
+        Window { site_m, right: V3::y(), up: V3::z(), front: V3::x(), half_width_m: 10.0, depth_m: 10.0, behind_m: 10.0 }
     }
 
     fn area(corners: &[Corner]) -> f64 {
@@ -163,7 +163,7 @@ mod tests {
         assert!((area(&cut) - 0.25 * 2.0).abs() < 1e-12, "{}", area(&cut));
         assert!(cut.iter().all(|c| (c.moved_m - 1.0).abs() < 1e-12));
         // this cut has two nodes on each side
-        let turned = Window { front: V3::z(), axis: V3::x(), ..window(V3::new(0.0, 0.0, 0.0)) };
+        let turned = Window { front: V3::z(), up: V3::x(), ..window(V3::new(0.0, 0.0, 0.0)) };
         assert_eq!(turned.through(&[0, 1, 2, 3], &TET, &[0.0; 4]).len(), 3);
         let sideways = Window { front: V3::y(), right: V3::x(), ..window(V3::new(0.0, 0.1, 0.0)) };
         assert!(sideways.through(&[0, 1, 2, 3], &TET, &[0.0; 4]).len() >= 3);
