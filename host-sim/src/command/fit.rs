@@ -113,13 +113,20 @@ impl FitArgs {
 
     fn fit_scene(&self) -> Result<Fitted, Error> {
         let machine = self.boards()?.first().copied();
-        let scene = self.scene(machine)?;
+        let mut scene = self.scene(machine)?;
+        let for_law = scene.refuse_what_a_law_lacks("a law has no nodes");
         if self.options.law {
+            for_law.map_err(TissueError::from)?;
             return self.fit_law(&scene, machine);
+        }
+        let (key, b) = scene.tissue.most_stiffening();
+        if b > 0.0 {
+            println!("note: {key} = {b} is left out of the fit: press and loop add the stiffening to the patch");
+            scene.tissue = scene.tissue.elastic();
         }
         let whole = self.options.radius_m.is_none() && self.options.element_m.is_none();
         match (machine, scene.tissue.block_m) {
-            (Some(machine), _) if self.options.smallest => self.fit_smallest(&scene, machine),
+            (Some(machine), _) if self.options.smallest => self.fit_smallest(&scene, for_law, machine),
             (None, Some(size_m)) if whole => self.fit_block(&scene, size_m),
             (machine, _) => self.fit_piece(&scene, machine),
         }

@@ -181,6 +181,14 @@ impl TissueScene {
         self.most_stiffening().1
     }
 
+    /// The tissue without stiffening, for fits: a patch that is fitted without it serves any
+    /// exponent.
+    #[must_use]
+    pub fn elastic(&self) -> Self {
+        let region = self.region.iter().map(|region| RegionScene { stiffening_b: None, ..region.clone() }).collect();
+        Self { stiffening_b: 0.0, region, inclusion: self.elastic_inclusions(), ..self.clone() }
+    }
+
     /// The balls without stiffening exponents of their own.
     #[must_use]
     pub fn elastic_inclusions(&self) -> Vec<Inclusion> {

@@ -53,7 +53,6 @@ fn a_stiffening_that_cannot_be() {
     }
     let desk = Desk::default();
     desk.put("scene.toml", edited(SMALL_BLOCK, "[probe]", &format!("{ball}3.0\n[probe]")));
-    refused(&desk, &["fit", "--scene", "scene.toml"], &["tissue.inclusion[0].stiffening_b = 3", "fitted without it"]);
     desk.put("scene.toml", edited(SMALL_BLOCK, "nodes = 129", "nodes = 129\nstiffening_b = 3.0"));
     let on_a_board = |arguments: &[&str], board: &str| {
         refused(&desk, arguments, &["scene.toml: ", "tissue.stiffening_b = 3", board, "has no time", "leave it out"]);
@@ -61,11 +60,9 @@ fn a_stiffening_that_cannot_be() {
     on_a_board(&["pack", "--scene", "scene.toml", "--board", "m7-480"], "m7-480");
     on_a_board(&["emulate", "--scene", "scene.toml"], "a board");
     on_a_board(&["loop", "--emulated", "--quick", "--scene", "scene.toml"], "a board");
-    let fitted: [&[&str]; 2] = [&["fit", "--radius", "17mm"], &["fit", "--smallest", "--board", "m4f-168"]];
-    for command in fitted {
-        let arguments = [command, &["--scene", "scene.toml"]].concat();
-        refused(&desk, &arguments, &["tissue.stiffening_b = 3", "fitted without it"]);
-    }
+    on_a_board(&["fit", "--smallest", "--board", "m4f-168", "--scene", "scene.toml"], "m4f-168");
+    let law = ["fit", "--law", "--scene", "scene.toml"];
+    refused(&desk, &law, &["tissue.stiffening_b", "stiffening, which is that of nodes", "without --law"]);
 }
 
 #[test]

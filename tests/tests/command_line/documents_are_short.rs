@@ -1,11 +1,13 @@
 //! The documents that everybody has to read stay short: README, changelog, decisions, porting and
 //! bring-up.
 
-use palpate_tests::palpate_command::repository;
+use palpate_tests::palpate_command::{files_below, repository};
 
 /// Largest number of words of a document.
 const MOST_WORDS: [(&str, usize); 4] =
     [("README.md", 700), ("CHANGELOG.md", 1_500), ("firmware/PORTING.md", 900), ("firmware/BRINGUP.md", 900)];
+/// Largest number of words of all documents together.
+const MOST_WORDS_IN_ALL: usize = 47_000;
 /// Largest number of decisions, and of words in one.
 const MOST_RECORDS: usize = 60;
 const MOST_WORDS_IN_RECORD: usize = 150;
@@ -22,6 +24,13 @@ fn documents_keep_their_length() {
         let text = std::fs::read_to_string(repository().join(path)).unwrap();
         assert!(words(&text) <= most, "{path}: {} words, at most {most}", words(&text));
     }
+}
+
+#[test]
+fn all_documents_together_keep_their_length() {
+    let texts = files_below(&["."], ".md");
+    let found: usize = texts.iter().map(|path| words(&std::fs::read_to_string(path).unwrap())).sum();
+    assert!((30_000..=MOST_WORDS_IN_ALL).contains(&found), "{found} words, at most {MOST_WORDS_IN_ALL}");
 }
 
 /// Defects of the records of decisions: too many, too long, or without one of their parts.

@@ -55,10 +55,10 @@ fn what_cannot_tilt_is_refused_in_one_sentence() {
     let refused = |refusal: Result<(), SceneError>| refusal.unwrap_err().to_string();
     let board = refused(tilted.refuse_what_boards_lack("m4f-168"));
     assert!(board.contains("probe.tilt_deg") && board.contains("a tip cannot tilt on m4f-168"), "{board}");
-    assert!(refused(tilted.refuse_what_no_fit_has()).contains("a patch holds an upright tip"));
+    assert!(refused(tilted.refuse_what_no_file_has()).contains("a patch is made for an upright tip"));
     assert!(refused(tilted.refuse_what_a_law_lacks("a law has no nodes")).contains("a tilted tip"));
     let upright = scene(FLAT, [0.0; 3]).unwrap();
-    upright.refuse_what_boards_lack("m4f-168").and(upright.refuse_what_no_fit_has()).unwrap();
+    upright.refuse_what_boards_lack("m4f-168").and(upright.refuse_what_no_file_has()).unwrap();
     assert_eq!(upright.params([0.0, 0.0, 1.0]).orientation, Params::UPRIGHT);
 
     let mut session = HapticSession::of_patch_bytes(calibrated::bytes(130).unwrap(), "touch").unwrap();

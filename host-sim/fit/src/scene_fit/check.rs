@@ -18,7 +18,7 @@ const DEEPEST: f64 = 0.5;
 /// # Errors
 /// Returns the first such value, with its key.
 pub fn check(scene: &Scene) -> Result<(), Error> {
-    scene.refuse_what_no_fit_has()?;
+    scene.refuse_what_no_file_has()?;
     let tissue = &scene.tissue;
     if tissue.gravity_m_per_s2 != [0.0; 3] {
         return Ok(scene.bad("tissue.gravity_m_per_s2", "is not zero: a fit has no weight, leave it out here")?);

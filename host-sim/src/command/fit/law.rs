@@ -153,7 +153,6 @@ const STORED_ERROR: f64 = 0.003;
 
 impl FitArgs {
     pub(super) fn fit_law(&self, scene: &Scene, machine: Option<&'static CostModel>) -> Result<Fitted, Error> {
-        scene.refuse_what_a_law_lacks("a law has no nodes").map_err(TissueError::from)?;
         let machine = machine.unwrap_or(&MACHINES[0]);
         let path = self.common.folder("fit");
         let folder = self.common.open("fit", scene)?;

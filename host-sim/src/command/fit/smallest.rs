@@ -7,7 +7,7 @@ use palpate_fit::plan::{Bench, Supply, presses, search};
 use palpate_fit::scene_fit::{Level, PIECE_RADII, PiecePresses};
 use palpate_fit::solved::Solved;
 use palpate_tissue::budget::CostModel;
-use palpate_tissue::scene::Scene;
+use palpate_tissue::scene::{Scene, SceneError};
 use palpate_tissue::session::Session;
 
 use super::super::progress::Progress;
@@ -21,7 +21,13 @@ use crate::error::Error;
 const QUICK_STEPS: &str = " of some 20";
 
 impl FitArgs {
-    pub(super) fn fit_smallest(&self, scene: &Scene, machine: &'static CostModel) -> Result<Fitted, Error> {
+    /// `for_law` says why a law does not answer the scene, if so.
+    pub(super) fn fit_smallest(
+        &self,
+        scene: &Scene,
+        for_law: Result<(), SceneError>,
+        machine: &'static CostModel,
+    ) -> Result<Fitted, Error> {
         let (quick, tolerance_pct) = (self.options.quick, self.options.tolerance_pct);
         let ceiling_n_per_m = self.options.device.ceiling_n_per_m()?;
         let status = Progress::start();
@@ -32,7 +38,8 @@ impl FitArgs {
         // removes the patch of an earlier search, which could be mistaken for that of this one
         folder.drop_earlier(&format!("{}-{}.patch", scene.name, machine.name));
         status.say("fitting a law");
-        match law(scene, machine, &presses, tolerance_pct) {
+        let law = for_law.map_err(|why| why.to_string()).and_then(|()| law(scene, machine, &presses, tolerance_pct));
+        match law {
             Ok((fitted, reason)) => {
                 status.finish();
                 let written = fitted.write(folder, scene, &self.options, format!("{}-{}.patch", scene.name, machine.name))?;
@@ -60,7 +67,6 @@ impl FitArgs {
 /// The law of the scene's site, with the reason why it is enough; otherwise the reason why it is
 /// not.
 fn law(scene: &Scene, machine: &CostModel, presses: &PiecePresses, tolerance_pct: f64) -> Result<(LawFit, String), String> {
-    scene.refuse_what_a_law_lacks("a law has no nodes").map_err(|why| why.to_string())?;
     let radius_m = scene.probe.radius_m;
     let recipe = Recipe::new(PIECE_RADII * radius_m, ELEMENT_RADII * radius_m, radius_m);
     let prepared = Prepared::of(scene, &recipe).map_err(|why| why.to_string())?;

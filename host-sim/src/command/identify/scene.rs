@@ -9,7 +9,7 @@ use palpate_fit::identify::study::Identified;
 
 use crate::command::options::identify::IdentifyArgs;
 
-/// Scene for the desktop, and scene without stiffening for `fit` and boards.
+/// Scene for the desktop, and scene without stiffening for boards.
 const NAMES: [&str; 2] = ["identified.toml", "identified-plain.toml"];
 
 /// Whether the data need the exponent, so that there are two scenes.
@@ -52,7 +52,7 @@ fn text(args: &IdentifyArgs, found: &Identified, records: &[Record], tissue: &Ti
     let rms_pct = if stiffening { found.rms_pct } else { found.plain.1 };
     let _infallible = writeln!(text, "# The forces of this tissue are {rms_pct:.2} % rms of the peak off the data.");
     if !stiffening && stiffens(found) {
-        text += "# It is the best tissue without stiffening, which `fit` and boards do not have.\n";
+        text += "# It is the best tissue without stiffening, which boards do not have.\n";
     }
     for unsaid in &found.unsaid {
         let _infallible = writeln!(text, "# Not known: {unsaid}.");

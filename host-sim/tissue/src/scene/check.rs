@@ -123,22 +123,7 @@ impl Scene {
     /// # Errors
     /// The tip is tilted.
     pub fn refuse_what_no_file_has(&self) -> Result<(), SceneError> {
-        self.refuse_tilt("a patch holds an upright tip and serves any: leave it out here, give it to press")
-    }
-
-    /// Refuses tissue that stiffens and a tilted tip, for commands that fit a patch: patches are
-    /// fitted to neo-Hookean tissue under an upright tip.
-    ///
-    /// # Errors
-    /// A stiffening exponent is above zero, or the tip is tilted.
-    pub fn refuse_what_no_fit_has(&self) -> Result<(), SceneError> {
-        self.refuse_what_no_file_has()?;
-        let (key, b) = self.tissue.most_stiffening();
-        if b == 0.0 {
-            return Ok(());
-        }
-        let why = format!("= {b}: a patch is fitted without it and serves any: leave it out here, give it to press");
-        self.bad(&key, &why)
+        self.refuse_tilt("a patch is made for an upright tip and serves any tilt: set [0, 0, 0] here, and give the tilt to press")
     }
 
     /// Refuses the terms that no board's image contains: tissue that stiffens, a capsule or an
