@@ -6,6 +6,7 @@ mod scene;
 
 use std::path::{Path, PathBuf};
 
+use palpate_fit::identify::fit::Estimate;
 use palpate_fit::identify::record::{Record, Table};
 use palpate_fit::identify::slide::Slide;
 use palpate_fit::identify::study::{Identified, Plan, identify, identify_within};
@@ -48,7 +49,14 @@ fn read(path: &Path, thickness_m: f64, ball_m: f64) -> Result<Tests, Error> {
     for file in files {
         let bytes = std::fs::read(&file).map_err(|source| unreadable(&file, source))?;
         // files of older programs are in Latin-1, in which a byte is a character
-        let text = String::from_utf8(bytes).unwrap_or_else(|error| error.into_bytes().into_iter().map(char::from).collect());
+        let text = match &bytes[..] {
+            // "Unicode text" of spreadsheets is UTF-16
+            [0xff, 0xfe, wide @ ..] => {
+                let units = wide.chunks_exact(2).map(|pair| u16::from_le_bytes([pair[0], pair[1]]));
+                char::decode_utf16(units).map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER)).collect()
+            }
+            _ => String::from_utf8(bytes).unwrap_or_else(|error| error.into_bytes().into_iter().map(char::from).collect()),
+        };
         let table = Table::read(&file.display().to_string(), &text).map_err(TissueError::Usage)?;
         tests.notes.extend(table.notes);
         for ((name, rows), along) in table.tests.into_iter().zip(table.along) {
@@ -91,8 +99,10 @@ impl IdentifyArgs {
         let folder = self.out.clone().unwrap_or_else(|| "out/identify".into());
         stop::says_what_stays(&folder);
         let out = self.write(&folder, &found, &records, &[])?;
-        let headline = report::headline(&found);
-        let verdict = Verdict::ok(headline.clone()).warning_if(!found.unsaid.is_empty()).first();
+        let odd = records.iter().find_map(Record::odd_speed);
+        let doubtful = odd.is_some() || !found.estimates.iter().all(Estimate::told);
+        let headline = odd.map_or_else(String::new, |odd| odd + "; ") + &report::headline(&found);
+        let verdict = Verdict::ok(headline.clone()).warning_if(doubtful).first();
         report::print(self, &found, &records, &notes);
         println!("\nwrote {}: summary.json, identified.toml, fit.csv, identified.svg and .png", out.display());
         let radius = self.radius(&found);

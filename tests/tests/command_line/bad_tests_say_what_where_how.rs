@@ -22,7 +22,7 @@ fn changed(names: &str, change: impl Fn(usize, [f64; 3]) -> Option<[f64; 3]>) ->
 #[test]
 fn every_fault_of_a_test_is_named_with_its_remedy() {
     let same = |_: usize, row: [f64; 3]| Some(row);
-    let cases: [(&str, String, &[&str]); 15] = [
+    let cases: [(&str, String, &[&str]); 16] = [
         ("swapped", changed("time_s,force_N,depth_cm", |_, [t, d, f]| Some([t, d * 0.1, f * 1e-3])), &["swapped", "names"]),
         ("newtons", changed("time_s,depth_mm,force_N", same), &["modulus would be", "mN", "units"]),
         ("metres", changed("time_s,depth_m,force_mN", same), &["unit of the depth", "--thickness"]),
@@ -37,6 +37,7 @@ fn every_fault_of_a_test_is_named_with_its_remedy() {
             changed(NAMES, |_, [t, d, f]| Some([t, d, f.min(300.0)])),
             &["exactly 0.3 N", "saturated", "press less deep"],
         ),
+        ("half", changed(NAMES, |_, [t, d, f]| Some([t, d, f.min(180.0)])), &["exactly 0.18 N", "saturated"]),
         ("drift", changed(NAMES, |_, [t, d, f]| Some([t, d, f + 120.0 * t])), &["before contact", "drifts", "warm up"]),
         ("one point", changed(NAMES, |n, row| (n == 100).then_some(row)), &["1 rows", "at least 20"]),
         ("upwards", changed(NAMES, |_, [t, d, f]| Some([t, -d, f])), &["positive into the tissue", "sign"]),
@@ -53,6 +54,24 @@ fn every_fault_of_a_test_is_named_with_its_remedy() {
         println!("{what}");
         let says = [&["test.csv"], says].concat();
         refused(&desk, &["identify", "test.csv", "--tip", "sphere:4mm", "--thickness", "10mm", "--out", "out"], &says);
+    }
+}
+
+#[test]
+fn a_speed_that_nothing_has_is_a_warning_and_a_spreadsheets_text_is_read() {
+    let desk = Desk::default();
+    let slow = changed(NAMES, |_, [t, d, f]| Some([1e3 * t, d, f]));
+    let wide =
+        |text: &str| [0xfeff].into_iter().chain(text.replace(',', "\t").encode_utf16()).flat_map(u16::to_le_bytes).collect();
+    let cases: [(Vec<u8>, &[&str]); 2] = [
+        (slow.into_bytes(), &["warning: test.csv: the tip moves in at 0.00200 mm/s: check the units of time and depth; "]),
+        (wide(PHANTOM), &["ok: modulus E, instantaneous 12.0"]),
+    ];
+    for (text, says) in cases {
+        std::fs::write(desk.folder().join("test.csv"), text).unwrap();
+        let run = ["identify", "test.csv", "--tip", "sphere:4mm", "--thickness", "10mm", "--block", "50x50mm", "--out", "out"];
+        let outcome = palpate(SCRATCH, desk.folder(), &run);
+        assert!(outcome.code == Some(0) && says.iter().all(|words| outcome.stdout.contains(words)), "{outcome:?}");
     }
 }
 
@@ -101,7 +120,7 @@ fn the_first_lines_say_what_the_data_cannot_and_the_scene_is_pressed() {
     assert_eq!(found.code, Some(0), "{found:?}");
     let first: Vec<&str> = found.stdout.lines().take(10).collect();
     let first = first.join("\n");
-    assert!(first.contains("the data do not say") && first.contains("start recording 1 mm above"), "{first}");
+    assert!(first.contains("not known from these data") && first.contains("start recording 1 mm above"), "{first}");
     assert!(found.stdout.contains("palpate fit --scene out/identified") && found.stdout.contains("decimal marks"));
     let pressed = palpate(SCRATCH, desk.folder(), &["press", "--scene", "out/identified.toml", "--set", "drive.hold_s=0.3"]);
     assert_eq!(pressed.code, Some(0), "{pressed:?}");

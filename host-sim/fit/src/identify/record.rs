@@ -27,6 +27,8 @@ const FEWEST_BEFORE: usize = 8;
 const MOST_DRIFT: f64 = 0.05;
 /// Share of the deepest depth by which it must fall to count as a retreat (1).
 const FALL: f64 = 0.015;
+/// Mean speeds of a press that are believed [mm/s].
+const SPEEDS_MM_PER_S: std::ops::RangeInclusive<f64> = 0.01..=1000.0;
 /// Number of equal largest readings while the depth rises that count as saturation.
 const SATURATED: usize = 6;
 /// Exponent of force over depth below which a loading is none of a ball on tissue (1).
@@ -186,7 +188,8 @@ impl Record {
         let starts_before = touch >= FEWEST_BEFORE;
         if starts_before {
             let drift_n = drift_n_per_s * (rows[at_peak][0] - rows[0][0]);
-            let unsure_n = 3.0 * 3.5 * noise_n / (touch as f64).sqrt() * (at_peak as f64 / touch as f64);
+            // a saturated sensor has no noise later on
+            let unsure_n = 3.0 * 3.5 * noise(&force[..touch]) / (touch as f64).sqrt() * (at_peak as f64 / touch as f64);
             if drift_n.abs() > (MOST_DRIFT * peak).max(unsure_n) {
                 return bad(format!(
                     "the force changes by {drift_n_per_s:.3} N per second before contact, {:.0} % of its peak until the peak: the sensor drifts, or depth and force are swapped; let the sensor warm up, or correct the names of the columns",
@@ -289,6 +292,14 @@ impl Record {
         let touched = self.depth_m.iter().position(|d| *d >= self.contact_m).unwrap_or(0);
         let end = self.segments.press.end.min(self.time_s.len() - 1);
         (self.depth_m[end] - self.depth_m[touched]) / (self.time_s[end] - self.time_s[touched]).max(1e-9)
+    }
+
+    /// A sentence on a speed that neither hands nor test machines have, as a wrong unit gives it.
+    #[must_use]
+    pub fn odd_speed(&self) -> Option<String> {
+        let speed_mm_per_s = self.speed_m_per_s() * 1e3;
+        (!SPEEDS_MM_PER_S.contains(&speed_mm_per_s))
+            .then(|| format!("{}: the tip moves in at {speed_mm_per_s:.5} mm/s: check the units of time and depth", self.name))
     }
 }
 

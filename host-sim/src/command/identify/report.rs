@@ -36,7 +36,7 @@ pub(super) fn headline(found: &Identified) -> String {
 }
 
 pub(super) fn print(args: &IdentifyArgs, found: &Identified, records: &[Record], notes: &[String]) {
-    println!("the data do not say:");
+    println!("not known from these data:");
     found.unsaid.iter().take(6).for_each(|line| println!("  - {line}"));
     println!("\n{:26} {:>10}   90 % interval", "", "value");
     for e in &found.estimates {
