@@ -229,7 +229,8 @@ impl Record {
         let flat = force.windows(SATURATED).position(|w| w.iter().all(|f| *f == peak));
         if let Some(n) = flat.filter(|n| depth[n + SATURATED - 1] - depth[*n] > 1e-3 * span) {
             return bad(format!(
-                "the force stays at exactly {peak} N from row {} on while the depth grows: the sensor is saturated; press less deep, or leave those rows out",
+                "the force stays at exactly {} N from row {} on while the depth grows: the sensor is saturated; press less deep, or leave those rows out",
+                (peak * 1e6).round() / 1e6,
                 n + 1
             ));
         }
