@@ -164,9 +164,9 @@ impl Probe {
     #[cfg(feature = "long-tips")]
     pub(crate) fn check_turn(&self, turn: [f32; 4]) -> Result<(), BuildError> {
         let square: f32 = turn.iter().map(|part| part * part).sum();
-        BuildError::within("length of the quaternion of probe.orientation", sqrt(square), 0.999, 1.001)?;
+        BuildError::within("length of the unit quaternion probe.orientation", sqrt(square), 0.999, 1.001)?;
         let cosine = self.turned(turn).axis.dot(&self.axis);
-        BuildError::within("cosine of the tilt by probe.orientation", cosine, LEAST_UPRIGHT, 1.001)
+        BuildError::within("cosine of the tilt (at most 45 degrees) by probe.orientation", cosine, LEAST_UPRIGHT, 1.001)
     }
 
     /// Checks the values that a capsule or an ellipsoid has in addition to radius and axis.

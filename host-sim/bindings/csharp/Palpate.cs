@@ -107,7 +107,8 @@ namespace Palpate {
         }
 
         public void Dispose() {
-            if (handle != 0) Native.palpate_close(handle);
+            // a tick that runs in another thread will end soon
+            while (handle != 0 && Native.palpate_close(handle) == Code.Busy) {}
             handle = 0;
             GC.SuppressFinalize(this);
         }

@@ -46,16 +46,19 @@ public sealed class PalpateTissue : MonoBehaviour {
         session.Arm();
     }
 
-    // One tick: the tip's position in, the force on the device out [N]; zero on a fault.
+    // One tick: the tip's position in, the force on the device out [N]; zero on a fault, and without a session.
     public Vector3 Tick(Vector3 tip) {
+        if (session == null) return new Vector3(0f, 0f, 0f);
         var input = new Palpate.Input { tip_m = ToScene(tip), late_ticks = LateTicks() };
         input.tip_m.x += info.site_m.x;
         input.tip_m.y += info.site_m.y;
         input.tip_m.z += info.site_m.z;
         Vector force_n;
-        if (session.Tick(ref input, out force_n) == Code.Fault) fault = session.Report.fault;
+        Code code = session.Tick(ref input, out force_n);
+        if (code == Code.Fault) fault = session.Report.fault;
         // copied in this thread, because a session answers one thread at a time; a tick never waits for a frame
-        if (++ticks % TicksPerCopy == 0 && Monitor.TryEnter(nodes_m)) {
+        bool open = code == Code.Ok || code == Code.Fault;
+        if (++ticks % TicksPerCopy == 0 && open && Monitor.TryEnter(nodes_m)) {
             session.ReadNodes(nodes_m);
             changed = true;
             Monitor.Exit(nodes_m);
@@ -78,7 +81,9 @@ public sealed class PalpateTissue : MonoBehaviour {
     }
 
     // Stop your device first: it keeps the last force that it was given.
-    public void OnDestroy() { session.Dispose(); }
+    public void OnDestroy() {
+        if (session != null) session.Dispose();
+    }
 
     // Milliseconds that passed without a tick; a driver may run a little faster than 1 kHz.
     private uint LateTicks() {

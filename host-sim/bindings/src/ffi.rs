@@ -185,7 +185,7 @@ pub unsafe extern "C" fn palpate_commission_text(
     capacity: usize,
 ) -> PalpateCode {
     code(|| {
-        let sentence = sessions::with(session, |session| Ok(session.commission_sentence(distance_m as f32)))?;
+        let sentence = sessions::with(session, |session| Ok(session.commission_sentence(distance_m as f32)?))?;
         // SAFETY: the caller guarantees the pointer
         unsafe { write_text("text", text, capacity, &sentence) }
     })

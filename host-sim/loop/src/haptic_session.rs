@@ -73,11 +73,15 @@ pub enum OutOfOrder {
     #[error("the loop is armed: stop it, and wait until it is idle, before commissioning")]
     Armed,
     /// The distance of a commissioning is impossible.
-    #[error("the distance of a commissioning must be between 5 mm and 0.5 m")]
+    #[error("distance_m of a commissioning is in metres: give one from 0.005 to 0.5")]
     Distance,
     /// A profile was asked for that was not measured.
     #[error("the device was not commissioned in this session: there is no new profile to write")]
     NotCommissioned,
+}
+
+fn check_distance(distance_m: f32) -> Result<(), OutOfOrder> {
+    if (5e-3..=0.5).contains(&distance_m) { Ok(()) } else { Err(OutOfOrder::Distance) }
 }
 
 /// A step of a commissioning.
@@ -238,9 +242,7 @@ impl HapticSession {
             self.commissioning = None;
             return Err(OutOfOrder::Armed);
         }
-        if !(5e-3..=0.5).contains(&distance_m) {
-            return Err(OutOfOrder::Distance);
-        }
+        check_distance(distance_m)?;
         let plan = Plan {
             axes: if self.profile.axes == 1 { [false, false, true] } else { [true; 3] },
             distance_m,
@@ -267,10 +269,13 @@ impl HapticSession {
     }
 
     /// Instruction to the user in the present step of a commissioning, or its outcome.
-    #[must_use]
-    pub fn commission_sentence(&self, distance_m: f32) -> String {
+    ///
+    /// # Errors
+    /// [`OutOfOrder::Distance`].
+    pub fn commission_sentence(&self, distance_m: f32) -> Result<String, OutOfOrder> {
+        check_distance(distance_m)?;
         let stage = self.commissioning.as_ref().map_or(Stage::Start(0), Commissioning::stage);
-        commissioning::sentence(stage, commissioning::DIRECTIONS, distance_m)
+        Ok(commissioning::sentence(stage, commissioning::DIRECTIONS, distance_m))
     }
 
     /// Ends a commissioning without a result.

@@ -13,6 +13,7 @@ pub mod answer;
 pub mod budget;
 pub mod clock;
 pub mod error;
+pub mod exact;
 pub mod finger;
 pub mod fit_record;
 pub mod machine;

@@ -13,6 +13,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use crate::exact;
 pub use crate::mesh::{LengthUnit, Up};
 pub use change::Change;
 pub use check::ORGAN_NODES;
@@ -301,7 +302,7 @@ struct ProbeKeys {
     /// axis, its length the angle, so that [0, 15, 0] turns the tip by 15 degrees about y. The tip
     /// still moves along the press, and its deepest point has the depth.
     ///
-    /// * range: the tip at most 45 degrees from the press
+    /// * range: an angle of at most 45
     /// * default: 0, 0, 0
     #[serde(default)]
     tilt_deg: [f64; 3],
@@ -434,7 +435,7 @@ impl Scene {
     /// # Errors
     /// Errors of [`Self::load`].
     pub fn parse(file: &str, text: &str) -> Result<Self, SceneError> {
-        let mut scene: Self = toml::from_str(text).map_err(|e| SceneError::of_toml(file, text, &e))?;
+        let mut scene: Self = exact::from_toml(text).map_err(|e| SceneError::of_toml(file, text, &e))?;
         scene.file = file.into();
         scene.text = text.into();
         scene.take_modulus(file, text)?;

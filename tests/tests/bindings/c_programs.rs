@@ -148,6 +148,10 @@ fn adapters_compile_against_our_stubs() {
         let file = example("adapters").join(name).with_extension("cpp");
         assert!(std::fs::read_to_string(&file).unwrap().contains("UNTESTED ON A DEVICE"), "{name}");
         let program = compile(&file, folder.path(), name, true, &[&clock[..], &[&fake.display().to_string()]].concat());
+        // the last argument is the profile of your own device
+        let own = ["PORT", "block", "mine.toml"];
+        let refused = Command::new(&program).args(if name == "inverse3" { &own[..] } else { &own[1..] }).output().unwrap();
+        assert!(String::from_utf8_lossy(&refused.stderr).contains("cannot read mine.toml"), "{name}: {refused:?}");
         for (does, says) in [("nothing", "ended"), ("late", late), ("stops", stopped), ("jumps", "moved too fast")] {
             let ended = Command::new(&program).env("FAKE", does).output().unwrap();
             let said = String::from_utf8_lossy(&ended.stdout);

@@ -95,6 +95,7 @@ static void commissioning(palpate_session s) {
     IS(palpate_commission(s, reading, 0.05, 0, NULL, &stage), PALPATE_CODE_NULL);
     IS(palpate_commission(s, reading, 0.05, 0, force_n, &stage), PALPATE_CODE_OK);
     HOLDS(stage == PALPATE_STAGE_START);
+    IS(palpate_commission_text(s, -1.0, words, sizeof words), PALPATE_CODE_WRONG_ORDER);
     IS(palpate_commission_text(s, 0.05, words, sizeof words), PALPATE_CODE_OK);
     HOLDS(strstr(words, "50 mm along x") != NULL);
     IS(palpate_commission(s, reading, 0.05, 1, force_n, &stage), PALPATE_CODE_OK);

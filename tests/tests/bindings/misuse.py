@@ -2,6 +2,7 @@
 
 import pathlib
 import sys
+import threading
 
 import numpy as np
 import palpate
@@ -32,6 +33,11 @@ raises(TypeError, "", lambda: palpate.Session(3))
 raises(palpate.PalpateError, "did you mean", lambda: palpate.press("block", set={"tissue.youngs_modulus": 5000}))
 raises(palpate.PalpateError, "outside 1 ..", lambda: palpate.press_many("block", [{}, {"tissue.youngs_modulus_pa": 0.5}]))
 raises(TypeError, "tissue.nodes: give a number", lambda: palpate.press("block", set={"tissue.nodes": None}))
+raises(palpate.PalpateError, "radius_m = NaN must be above", lambda: palpate.press("block", set={"probe.radius_m": np.nan}))
+raises(palpate.PalpateError, "give the table whole", lambda: palpate.press("block", set={"probe.shape": "ellipsoid"}))
+raises(palpate.PalpateError, "probe.radius_m = -1", lambda: palpate.press("block", set={"probe": {"shape": "sphere", "radius_m": -1}}))
+for wrong in ({"probe.radius_m": 0.006}, [None], "up", None):
+    raises(TypeError, "sets: give a list", lambda: palpate.press_many("block", wrong))
 
 # a sweep on all cores gives what single presses give; the finite elements are those of the block
 small = {"tissue.block_m": [0.06, 0.06, 0.03], "tissue.nodes": 130, "drive.hold_s": 0.05, "probe.shape": "sphere"}
@@ -92,7 +98,10 @@ for wrong in ([1.0, 2.0], [1.0] * 4, np.zeros(0), None, 1.0, np.zeros((1, 3))):
     raises(ValueError, "tip_m has shape", lambda: session.tick(wrong))
 for wrong in (np.zeros((4, 2)), np.zeros(3), np.zeros((2, 2, 3))):
     raises(ValueError, "tips_m has shape", lambda: session.run(wrong))
-raises(ValueError, "", lambda: session.tick("up"))
+raises(ValueError, "tip_m is ragged or not of numbers: give x, y and z", lambda: session.tick("up"))
+for wrong in ([[0.0] * 3, [0.0] * 2], np.zeros((2, 3), dtype=complex), np.full((2, 3), "0"), [["a"] * 3]):
+    raises(ValueError, "tips_m is ragged or not of numbers: give rows", lambda: session.run(wrong))
+raises(palpate.PalpateError, "from 0.005 to 0.5", lambda: session.commission_text(distance_m=-1.0))
 raises(OverflowError, "", lambda: session.tick(up, late_ticks=-1))
 raises(palpate.PalpateError, "nothing to clear", session.clear)
 raises(palpate.PalpateError, "outside", lambda: setattr(session, "youngs_modulus_pa", 1e9))
@@ -104,6 +113,19 @@ assert session.run(np.zeros((0, 3)))["force_n"].shape == (0, 3)
 session.run(np.asfortranarray(np.tile(up, (5, 1))))
 session.tick(list(up)), session.tick(np.array(up, dtype=np.float32)), session.tick(np.repeat(up, 2)[::2])
 assert session.fault is None and session.mode == "idle"
+
+# a second thread is told so at once, and its call changes nothing
+long = threading.Thread(target=session.run, args=(np.tile(up, (50_000, 1)),))
+long.start()
+while long.is_alive():
+    try:
+        session.tick(up)
+    except palpate.PalpateError as error:
+        assert "another thread is in a call with this session: let one thread" in str(error), error
+        break
+else:
+    raise AssertionError("the call of a second thread was not refused")
+long.join()
 
 # after a fault the force is zero and the fault is reported in words, until it is cleared
 session.arm()

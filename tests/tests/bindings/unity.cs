@@ -77,6 +77,16 @@ static class Test {
         for (int tick = 0; tick < 16; tick++, now_us += 1000) tissue.Tick(new UnityEngine.Vector3(0f, 5e-3f, 0f));
         tissue.Update();
         tissue.OnDestroy();
+        // a plugin may call on, and a component whose scene cannot be opened is destroyed as well
+        var failed = new PalpateTissue { scene = "nowhere.toml" };
+        try { failed.Awake(); } catch (Palpate.PalpateException) {}
+        foreach (PalpateTissue ended in new[] { tissue, failed }) {
+            for (int tick = 0; tick < 32; tick++) {
+                UnityEngine.Vector3 none = ended.Tick(new UnityEngine.Vector3(0f, 5e-3f, 0f));
+                if (none.x != 0f || none.y != 0f || none.z != 0f) throw new Exception("a force without a session");
+            }
+            ended.OnDestroy();
+        }
         Console.WriteLine("end {0} {1} {2} {3} {4}", deepest, volume > 0.0, mesh.normals, last.y, UnityEngine.Debug.errors);
     }
 }

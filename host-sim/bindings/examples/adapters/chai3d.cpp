@@ -1,12 +1,16 @@
-// Any device that CHAI3D drives. UNTESTED ON A DEVICE: it compiles against our stub of the header. With CHAI3D 3:
-// c++ -std=c++17 chai3d.cpp -I../../include -I$CHAI3D/src -lpalpate_c -lchai3d; ./chai3d [PROFILE [SCENE]]
+// Any device that CHAI3D drives. UNTESTED ON A DEVICE: it compiles against the headers of CHAI3D 3.3.0, and was linked with
+// our stub. With CHAI3D in $CHAI3D, built by its Makefile:
+// c++ -std=c++17 -DLINUX chai3d.cpp -I../../include -I$CHAI3D/src -I$CHAI3D/externals/Eigen -I$CHAI3D/externals/glew/include
+//     ../../../../target/release/libpalpate_c.a -L$CHAI3D/lib/release/lin-x86_64-cc -lchai3d
+//     -L$CHAI3D/externals/DHD/lib/lin-x86_64 -ldrd -lGL -lGLU -lusb-1.0 -lasound -lpthread -ldl -lm
+// ./a.out [SCENE [PROFILE]]
 // Your own program has a window and a frame loop in the place of `redraw` here.
 #include "chai3d_tissue.h"
 
 int main(int argc, char **argv) {
-    const char *profile = argc > 1 ? argv[1] : "touch";
+    const char *profile = argc > 2 ? argv[2] : "touch";
     PalpateTissue tissue; // an object of your world: world->addChild(&tissue)
-    if (!tissue.open(argc > 2 ? argv[2] : "block", profile)) return 1;
+    if (!tissue.open(argc > 1 ? argv[1] : "block", profile)) return 1;
     chai3d::cHapticDeviceHandler handler;
     chai3d::cGenericHapticDevicePtr device;
     if (!handler.getDevice(device, 0) || !device->open() || !device->calibrate()) {

@@ -1,6 +1,8 @@
 // Inverse3 on its serial port, through Haply's HardwareAPI, which implements the protocol: one exchange sends a
 // force and returns a position. UNTESTED ON A DEVICE: it compiles against our stub of the header.
-// With the SDK: c++ -std=c++17 inverse3.cpp -I../../include -lpalpate_c -lHaplyHardwareAPI; ./inverse3 [PORT [SCENE]]
+// With the SDK in $HAPLY:
+// c++ -std=c++17 inverse3.cpp -I../../include -I$HAPLY/include ../../../../target/release/libpalpate_c.a -L$HAPLY/lib -lHaplyHardwareAPI -lpthread -ldl -lm
+// ./a.out [PORT [SCENE [PROFILE]]]
 #include <HardwareAPI.h>
 
 #include "adapter.h"
@@ -9,7 +11,7 @@ int main(int argc, char **argv) {
     using Haply::HardwareAPI::Devices::Inverse3;
     palpate_session session;
     palpate_info info;
-    if (!opened(argc > 2 ? argv[2] : "block", "inverse3", &session, &info)) return 1;
+    if (!opened(argc > 2 ? argv[2] : "block", argc > 3 ? argv[3] : "inverse3", &session, &info)) return 1;
     Haply::HardwareAPI::IO::SerialStream stream(argc > 1 ? argv[1] : "/dev/ttyACM0");
     Inverse3 device(&stream);
     device.DeviceWakeup();

@@ -1,5 +1,7 @@
 // omega.3, delta.3 and sigma.7 through Force Dimension's DHD. UNTESTED ON A DEVICE: it compiles against our stub of the
-// header. With the SDK: c++ omega.cpp -I../../include -lpalpate_c -ldhd; ./omega [SCENE]
+// header. With the SDK in $DHD, and a profile of your own for a delta or sigma:
+// c++ -std=c++17 omega.cpp -I../../include -I$DHD/include ../../../../target/release/libpalpate_c.a -L$DHD/lib -ldhd -lpthread -ldl -lm
+// ./a.out [SCENE [PROFILE]]
 #include <dhdc.h>
 
 #include "adapter.h"
@@ -7,7 +9,7 @@
 int main(int argc, char **argv) {
     palpate_session session;
     palpate_info info;
-    if (!opened(argc > 1 ? argv[1] : "block", "omega3", &session, &info)) return 1;
+    if (!opened(argc > 1 ? argv[1] : "block", argc > 2 ? argv[2] : "omega3", &session, &info)) return 1;
     if (dhdOpen() < 0 || dhdEnableForce(DHD_ON, -1) < 0) {
         std::fprintf(stderr, "omega3: %s\n", dhdErrorGetLastStr());
         return 1;

@@ -1,5 +1,5 @@
 // Touch, Touch X and Omni through OpenHaptics' HD API. UNTESTED ON A DEVICE: it compiles against our stub of the
-// header. With the SDK: c++ touch.cpp -I../../include -lpalpate_c -lHD; ./touch [SCENE]
+// header. The guide's page on OpenHaptics has the command; ./touch [SCENE [PROFILE]]
 #include <HD/hd.h>
 
 #include <atomic>
@@ -38,7 +38,7 @@ static HDCallbackCode HDCALLBACK servo(void *data) {
 int main(int argc, char **argv) {
     using std::chrono::milliseconds;
     Servo own = {};
-    if (!opened(argc > 1 ? argv[1] : "block", "touch", &own.session, &own.info)) return 1;
+    if (!opened(argc > 1 ? argv[1] : "block", argc > 2 ? argv[2] : "touch", &own.session, &own.info)) return 1;
     own.device = hdInitDevice(HD_DEFAULT_DEVICE);
     if (own.device == HD_INVALID_HANDLE) {
         std::fprintf(stderr, "touch: no device: pair it with the vendor's setup tool first\n");

@@ -1,7 +1,6 @@
 """A soft tissue as a ROS 2 node. UNTESTED WITH ROS: it runs against stand-ins of rclpy and its messages.
 
-    source /opt/ros/jazzy/setup.bash; pip install host-sim/bindings/python
-    python3 ros2_node.py --ros-args -p scene:=block -p device:=touch
+    python3 ros2_node.py --ros-args -p scene:=block -p device:=touch     # installed as the guide's page on ROS 2 says
 
 Takes the pose of the probe's tip on `tip` (geometry_msgs/PoseStamped) and publishes the force on the device on `wrench`
 (geometry_msgs/WrenchStamped, with the stamp of the pose). Each pose is one tick of 1 ms, so your driver publishes a thousand per

@@ -31,10 +31,15 @@ fn toml(value: &Bound<'_, PyAny>) -> Option<String> {
         return Some(whole.to_string());
     }
     if let Ok(number) = value.extract::<f64>() {
-        return Some(format!("{number:?}"));
+        // Rust writes NaN, TOML nan
+        return Some(format!("{number:?}").to_lowercase());
     }
     if let Ok(text) = value.extract::<String>() {
         return Some(format!("{text:?}"));
+    }
+    if let Ok(table) = value.extract::<Changes<'_>>() {
+        let keys: Option<Vec<String>> = table.iter().map(|(key, value)| Some(format!("{key} = {}", toml(value)?))).collect();
+        return Some(format!("{{{}}}", keys?.join(", ")));
     }
     let values: Option<Vec<String>> = value.try_iter().ok()?.map(|value| toml(&value.ok()?)).collect();
     Some(format!("[{}]", values?.join(", ")))
@@ -51,7 +56,7 @@ struct Pressed {
 
 fn changes(set: &Changes<'_>) -> PyResult<Vec<Change>> {
     let change = |(key, value): (&String, &Bound<'_, PyAny>)| {
-        let value = toml(value).ok_or_else(|| PyTypeError::new_err(format!("{key}: give a number, a text or a list")))?;
+        let value = toml(value).ok_or_else(|| PyTypeError::new_err(format!("{key}: give a number, a text, a list or a dict")))?;
         format!("{key}={value}").parse::<Change>().map_err(PalpateError::new_err)
     };
     set.iter().map(change).collect()
@@ -85,7 +90,9 @@ pub fn press<'py>(py: Python<'py>, scene: &str, set: Option<Changes<'py>>) -> Py
 /// Runs a press for each dict of changes in `sets`, on all cores; returns a list of the dicts that
 /// `press` returns, in the same order.
 #[pyfunction]
-pub fn press_many<'py>(py: Python<'py>, scene: &str, sets: Vec<Changes<'py>>) -> PyResult<Vec<Bound<'py, PyDict>>> {
+pub fn press_many<'py>(py: Python<'py>, scene: &str, sets: &Bound<'py, PyAny>) -> PyResult<Vec<Bound<'py, PyDict>>> {
+    let form = "sets: give a list with a dict of changes for each press, as [{\"probe.radius_m\": 0.006}, {}]";
+    let sets: Vec<Changes<'py>> = sets.extract().map_err(|_| PyTypeError::new_err(form))?;
     let sets = sets.iter().map(changes).collect::<PyResult<Vec<_>>>()?;
     let found: Result<Vec<Pressed>, Error> = py.detach(|| sets.into_par_iter().map(|set| pressed(scene, &set)).collect());
     found.map_err(|error| raised(&error))?.iter().map(|found| dict(py, found)).collect()

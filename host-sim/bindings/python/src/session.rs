@@ -1,6 +1,7 @@
 //! A haptic session as a Python class.
 
 use std::path::Path;
+use std::sync::{Mutex, MutexGuard};
 
 use numpy::{AllowTypeChange, IntoPyArray, PyArray1, PyArray2, PyArrayLikeDyn, PyArrayMethods};
 use palpate::haptic::commission::Stage;
@@ -50,9 +51,10 @@ const MODES: [&str; 8] = ["boot", "self-test", "idle", "arming", "active", "degr
 /// replaces the scene's, or is opened without a scene; `device` is a profile's name or the path of
 /// a .toml file. There is no force before `arm`, and limits, ramp-in and passivity control act on
 /// every force.
-#[pyclass]
+#[pyclass(frozen)]
 pub struct Session {
-    inner: HapticSession,
+    // locked without waiting: a second thread gets an error at once
+    inner: Mutex<HapticSession>,
 }
 
 #[pymethods]
@@ -61,7 +63,7 @@ impl Session {
     #[pyo3(signature = (scene=None, *, patch=None, device="touch"))]
     fn new(py: Python<'_>, scene: Option<&str>, patch: Option<&str>, device: &str) -> PyResult<Self> {
         let patch = patch.map(Path::new);
-        py.detach(|| open(scene, patch, device)).map(|inner| Self { inner }).map_err(|error| raised(&error))
+        py.detach(|| open(scene, patch, device)).map(|inner| Self { inner: Mutex::new(inner) }).map_err(|error| raised(&error))
     }
 
     /// Runs one tick: takes the position of the probe's tip [m] and returns the force on the device
@@ -69,23 +71,27 @@ impl Session {
     /// `orientation` turns the probe first, as `turn` does.
     #[pyo3(signature = (tip_m, *, orientation=None, late_ticks=0, stale=false, sensor_failed=false, operator_absent=false))]
     fn tick<'py>(
-        &mut self,
+        &self,
         py: Python<'py>,
-        tip_m: PyArrayLikeDyn<'py, f64, AllowTypeChange>,
+        tip_m: &Bound<'py, PyAny>,
         orientation: Option<[f32; 4]>,
         late_ticks: u16,
         stale: bool,
         sensor_failed: bool,
         operator_absent: bool,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let tip_m = numbers(tip_m, "tip_m", "x, y and z in m")?;
         let tip = tip_m.as_array();
         let &[3] = tip.shape() else {
             return Err(PyValueError::new_err(format!("tip_m has shape {:?}: give x, y and z in m", tip.shape())));
         };
         let tip_m = Vector3::new(tip[[0]], tip[[1]], tip[[2]]).cast();
-        orientation.map_or(Ok(()), |orientation| self.turn(orientation))?;
-        self.inner.tick(&Input { tip_m, stale, sensor_failed, operator_absent, late_ticks });
-        Ok(array(py, &self.inner.drive_n()))
+        let mut session = self.inner()?;
+        orientation
+            .map_or(Ok(()), |orientation| session.turn(orientation))
+            .map_err(|error| PalpateError::new_err(error.to_string()))?;
+        session.tick(&Input { tip_m, stale, sensor_failed, operator_absent, late_ticks });
+        Ok(array(py, &session.drive_n()))
     }
 
     /// Runs one tick of a commissioning in place of `tick`: it measures order, sign, unit,
@@ -98,12 +104,13 @@ impl Session {
     /// Raises `PalpateError` if it ends without a result; the profile then stays as it was.
     #[pyo3(signature = (reading, *, confirmed=false, distance_m=0.05))]
     fn commission<'py>(
-        &mut self,
+        &self,
         py: Python<'py>,
-        reading: PyArrayLikeDyn<'py, f64, AllowTypeChange>,
+        reading: &Bound<'py, PyAny>,
         confirmed: bool,
         distance_m: f64,
     ) -> PyResult<(Bound<'py, PyArray1<f64>>, &'static str)> {
+        let reading = numbers(reading, "reading", "the values of three sensors")?;
         let values = reading.as_array();
         let &[3] = values.shape() else {
             return Err(PyValueError::new_err(format!(
@@ -112,7 +119,7 @@ impl Session {
             )));
         };
         let reading = Vector3::new(values[[0]], values[[1]], values[[2]]).cast();
-        let step = self.inner.commission(reading, distance_m as f32, confirmed);
+        let step = self.inner()?.commission(reading, distance_m as f32, confirmed);
         let step = step.map_err(|error| PalpateError::new_err(error.to_string()))?;
         let stage = match step.stage {
             Stage::Start(_) => "start",
@@ -127,33 +134,35 @@ impl Session {
 
     /// Instruction to the user in the present step of a commissioning.
     #[pyo3(signature = (*, distance_m=0.05))]
-    fn commission_text(&self, distance_m: f64) -> String {
-        self.inner.commission_sentence(distance_m as f32)
+    fn commission_text(&self, distance_m: f64) -> PyResult<String> {
+        self.inner()?.commission_sentence(distance_m as f32).map_err(|error| PalpateError::new_err(error.to_string()))
     }
 
     /// Writes the profile that the last commissioning completed to a file.
     fn write_profile(&self, path: &str) -> PyResult<()> {
-        self.inner.write_profile(Path::new(path)).map_err(|error| raised(&error))
+        self.inner()?.write_profile(Path::new(path)).map_err(|error| raised(&error))
     }
 
     /// Values that the device's profile does not state, with the cautious ones that are taken: a
     /// list of sentences.
     #[getter]
-    fn cautions(&self) -> Vec<String> {
-        self.inner.cautions()
+    fn cautions(&self) -> PyResult<Vec<String>> {
+        Ok(self.inner()?.cautions())
     }
 
     /// Runs ticks one after the other, without waiting in between. Takes positions [m] of shape (n,
     /// 3) and returns a dict of arrays with n rows: `force_n`, `tissue_n`, `normal`, `depth_m`,
     /// `mode`, `fault`, `limiters`.
-    fn run<'py>(&mut self, py: Python<'py>, tips_m: PyArrayLikeDyn<'py, f64, AllowTypeChange>) -> PyResult<Bound<'py, PyDict>> {
+    fn run<'py>(&self, py: Python<'py>, tips_m: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyDict>> {
+        let tips_m = numbers(tips_m, "tips_m", "rows of x, y and z in m")?;
         let tips = tips_m.as_array();
         let &[count, 3] = tips.shape() else {
             return Err(PyValueError::new_err(format!("tips_m has shape {:?}: give rows of x, y and z in m", tips.shape())));
         };
         let row = |n: usize| Vector3::new(tips[[n, 0]], tips[[n, 1]], tips[[n, 2]]).cast();
         let tips: Vec<Vector3<f32>> = (0..count).map(row).collect();
-        let session = &mut self.inner;
+        let mut inner = self.inner()?;
+        let session = &mut *inner;
         trace(py, &py.detach(|| ticks(session, &tips)), &[count])
     }
 
@@ -164,9 +173,10 @@ impl Session {
     /// Forces [N] and torque [N m] are those of the tissue on the probe, before damping, gains and
     /// limits of the loop; the torque is that of both forces about the tip, right-handed. It is
     /// computed when it is read, and changes no tick.
-    fn read_contact<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let mut pressure_pa = vec![0.0; self.inner.tissue().patch().model().triangles.len()];
-        let map = self.inner.contact(&mut pressure_pa);
+    fn read_contact<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let mut inner = self.inner()?;
+        let mut pressure_pa = vec![0.0; inner.tissue().patch().model().triangles.len()];
+        let map = inner.contact(&mut pressure_pa);
         let found = PyDict::new(py);
         let vectors =
             [("normal_n", map.force_n), ("friction_n", map.friction_n), ("torque_nm", map.torque_nm), ("centre_m", map.centre_m)];
@@ -183,110 +193,111 @@ impl Session {
 
     /// Requests force output. It begins once the probe has been outside the tissue and calm for a
     /// tenth of a second, and is then ramped up over half a second in free space.
-    fn arm(&mut self) -> PyResult<()> {
-        self.inner.arm().map_err(|error| PalpateError::new_err(error.to_string()))
+    fn arm(&self) -> PyResult<()> {
+        self.inner()?.arm().map_err(|error| PalpateError::new_err(error.to_string()))
     }
 
     /// Ramps the force down to zero, and disarms.
-    fn stop(&mut self) {
-        self.inner.stop();
+    fn stop(&self) -> PyResult<()> {
+        self.inner()?.stop();
+        Ok(())
     }
 
     /// Requests that the next tick clear the fault. The tick refuses the request until readings
     /// have been good for a tenth of a second.
-    fn clear(&mut self) -> PyResult<()> {
-        self.inner.clear().map_err(|error| PalpateError::new_err(error.to_string()))
+    fn clear(&self) -> PyResult<()> {
+        self.inner()?.clear().map_err(|error| PalpateError::new_err(error.to_string()))
     }
 
     /// Restarts the session: tissue at rest, no force, no fault, not armed.
-    fn reset(&mut self) -> PyResult<()> {
-        self.inner.reset().map_err(|error| PalpateError::new_err(error.to_string()))
+    fn reset(&self) -> PyResult<()> {
+        self.inner()?.reset().map_err(|error| PalpateError::new_err(error.to_string()))
     }
 
     /// Turns the probe about its tip from the next tick on, to a rotation from its upright pose: a
     /// unit quaternion x, y, z, w in the scene's frame, by at most 45 degrees. It replaces the
     /// scene's tilt until the next call.
-    fn turn(&mut self, orientation: [f32; 4]) -> PyResult<()> {
-        self.inner.turn(orientation).map_err(|error| PalpateError::new_err(error.to_string()))
+    fn turn(&self, orientation: [f32; 4]) -> PyResult<()> {
+        self.inner()?.turn(orientation).map_err(|error| PalpateError::new_err(error.to_string()))
     }
 
     /// Lowers the maximum force [N] for the rest of the session.
-    fn lower_force(&mut self, max_force_n: f64) -> PyResult<()> {
-        self.inner.lower_force(max_force_n as f32).map_err(|error| PalpateError::new_err(error.to_string()))
+    fn lower_force(&self, max_force_n: f64) -> PyResult<()> {
+        self.inner()?.lower_force(max_force_n as f32).map_err(|error| PalpateError::new_err(error.to_string()))
     }
 
     /// Operating mode: "boot", "self-test", "idle", "arming", "active", "degraded", "ramping
     /// down" or "fault".
     #[getter]
-    fn mode(&self) -> String {
-        MODES[self.inner.mode() as usize].into()
+    fn mode(&self) -> PyResult<String> {
+        Ok(MODES[self.inner()?.mode() as usize].into())
     }
 
     /// Description of the latched fault, or None.
     #[getter]
-    fn fault(&self) -> Option<String> {
-        self.last().and_then(|t| t.fault).map(|fault| fault.to_string())
+    fn fault(&self) -> PyResult<Option<String>> {
+        self.last(None, |t| t.fault.map(|fault| fault.to_string()))
     }
 
     /// Whether the probe touches the tissue.
     #[getter]
-    fn contact(&self) -> bool {
-        self.last().is_some_and(|t| t.output.normal != Vector3::zeros())
+    fn contact(&self) -> PyResult<bool> {
+        self.last(false, |t| t.output.normal != Vector3::zeros())
     }
 
     /// Depth of the tip below the undeformed surface [m].
     #[getter]
-    fn depth_m(&self) -> f64 {
-        self.last().map_or(0.0, |t| f64::from(t.output.depth_m))
+    fn depth_m(&self) -> PyResult<f64> {
+        self.last(0.0, |t| f64::from(t.output.depth_m))
     }
 
     /// Force on the device after the last tick [N].
     #[getter]
-    fn force_n<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        array(py, &self.inner.drive_n())
+    fn force_n<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        Ok(array(py, &self.inner()?.drive_n()))
     }
 
     /// Whether the last tick refused a request.
     #[getter]
-    fn refused(&self) -> bool {
-        self.last().is_some_and(|t| t.refused)
+    fn refused(&self) -> PyResult<bool> {
+        self.last(false, |t| t.refused)
     }
 
     /// Young's modulus [Pa]. It can be set between half and twice the one with which the session
     /// was opened; an increase takes effect only when the probe does not touch the tissue.
     #[getter]
-    fn youngs_modulus_pa(&self) -> f64 {
-        f64::from(self.inner.tissue().params().youngs_modulus_pa)
+    fn youngs_modulus_pa(&self) -> PyResult<f64> {
+        Ok(f64::from(self.inner()?.tissue().params().youngs_modulus_pa))
     }
 
     #[setter]
-    fn set_youngs_modulus_pa(&mut self, value: f64) -> PyResult<()> {
-        self.inner.set_modulus(value as f32).map_err(|error| PalpateError::new_err(error.to_string()))
+    fn set_youngs_modulus_pa(&self, value: f64) -> PyResult<()> {
+        self.inner()?.set_modulus(value as f32).map_err(|error| PalpateError::new_err(error.to_string()))
     }
 
     /// Site of the press on the surface at rest [m]; add it to positions relative to your device's
     /// centre.
     #[getter]
-    fn site_m<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        array(py, &self.inner.tissue().patch().site_m())
+    fn site_m<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        Ok(array(py, &self.inner()?.tissue().patch().site_m()))
     }
 
     /// Unit vector that points out of the tissue at the site.
     #[getter]
-    fn axis<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        array(py, &self.inner.tissue().params().probe.axis)
+    fn axis<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        Ok(array(py, &self.inner()?.tissue().params().probe.axis))
     }
 
     /// Maximum force of the loop [N].
     #[getter]
-    fn max_force_n(&self) -> f64 {
-        f64::from(self.inner.limits().max_force_n)
+    fn max_force_n(&self) -> PyResult<f64> {
+        Ok(f64::from(self.inner()?.limits().max_force_n))
     }
 
     /// Positions of all nodes [m], shape (nodes, 3).
     #[getter]
     fn nodes_m(&self, py: Python<'_>) -> PyResult<Py<PyArray2<f64>>> {
-        Ok(rows(py, self.inner.tissue().nodes().iter().map(palpate::Node::position_m))?.unbind())
+        Ok(rows(py, self.inner()?.tissue().nodes().iter().map(palpate::Node::position_m))?.unbind())
     }
 
     /// Triangles of the surface for drawing, shape (triangles, 3): indices of nodes,
@@ -294,15 +305,15 @@ impl Session {
     #[getter]
     fn triangles<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<u32>>> {
         let corners: Vec<u32> =
-            self.inner.tissue().patch().model().triangles.iter().flat_map(|t| t.node.map(u32::from)).collect();
+            self.inner()?.tissue().patch().model().triangles.iter().flat_map(|t| t.node.map(u32::from)).collect();
         let count = corners.len() / 3;
         corners.into_pyarray(py).reshape([count, 3])
     }
 
     /// Hash of all positions and velocities of the tissue.
     #[getter]
-    fn state_hash(&mut self) -> u64 {
-        self.inner.hash()
+    fn state_hash(&self) -> PyResult<u64> {
+        Ok(self.inner()?.hash())
     }
 }
 
@@ -328,9 +339,7 @@ pub fn session_many<'py>(
     patch: Option<&str>,
     device: &str,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let ragged =
-        "tips_m is ragged or not of numbers: give an array of shape (sessions, ticks, 3) in m, with short sessions padded";
-    let tips_m = tips_m.extract::<PyArrayLikeDyn<'py, f64, AllowTypeChange>>().map_err(|_| PyValueError::new_err(ragged))?;
+    let tips_m = numbers(tips_m, "tips_m", "an array of shape (sessions, ticks, 3) in m, with short sessions padded")?;
     let tips = tips_m.as_array();
     let &[sessions, count, 3] = tips.shape() else {
         return Err(PyValueError::new_err(format!("tips_m has shape {:?}: give (sessions, ticks, 3) in m", tips.shape())));
@@ -362,9 +371,26 @@ fn trace<'py>(py: Python<'py>, found: &[Row], sides: &[usize]) -> PyResult<Bound
 }
 
 impl Session {
-    fn last(&self) -> Option<&Telemetry> {
-        self.inner.telemetry()
+    fn inner(&self) -> PyResult<MutexGuard<'_, HapticSession>> {
+        self.inner.try_lock().map_err(|_| {
+            PalpateError::new_err(
+                "another thread is in a call with this session: let one thread make the calls, or give each its own session",
+            )
+        })
     }
+
+    /// Value of the last tick's record; `none` before the first tick.
+    fn last<T>(&self, none: T, of: impl FnOnce(&Telemetry) -> T) -> PyResult<T> {
+        Ok(self.inner()?.telemetry().map_or(none, of))
+    }
+}
+
+/// The caller's numbers as an array; `wanted` says in the error what to give.
+fn numbers<'py>(given: &Bound<'py, PyAny>, name: &str, wanted: &str) -> PyResult<PyArrayLikeDyn<'py, f64, AllowTypeChange>> {
+    // NumPy would convert texts, and drop the imaginary parts of complex numbers
+    let kind = given.getattr("dtype").and_then(|dtype| dtype.getattr("kind")?.extract::<char>());
+    let array = if kind.is_ok_and(|kind| !"biuf".contains(kind)) { None } else { given.extract().ok() };
+    array.ok_or_else(|| PyValueError::new_err(format!("{name} is ragged or not of numbers: give {wanted}")))
 }
 
 fn array<'py>(py: Python<'py>, v: &Vector3<f32>) -> Bound<'py, PyArray1<f64>> {

@@ -10,6 +10,8 @@ use serde::Deserialize;
 use super::wiring::WiringTable;
 use crate::day::day_of;
 use palpate_tissue::error::Error;
+use palpate_tissue::exact;
+use palpate_tissue::scene::SceneError;
 
 /// The profiles that ship, by name; the first is the default.
 pub const PROFILES: [(&str, &str); 8] = [
@@ -116,10 +118,9 @@ impl DeviceProfile {
     }
 
     pub(crate) fn parse(text: &str, file: &str) -> Result<Self, Error> {
-        let mut profile: Self = toml::from_str(text).map_err(|e| {
-            let line = e.span().map_or(1, |s| text.get(..s.start).unwrap_or(text).matches('\n').count() + 1);
-            Error::Usage(format!("{file}:{line}: {}", e.message().trim()))
-        })?;
+        let like = "profiles under host-sim/devices";
+        let refused = |error| Error::Usage(SceneError::of_toml_like(like, file, text, &error).to_string());
+        let mut profile: Self = exact::from_toml(text).map_err(refused)?;
         profile.check(&|key| {
             let line = text.lines().position(|l| l.trim_start().starts_with(key)).map_or(1, |n| n + 1);
             format!("{file}:{line}: {key}")
@@ -261,7 +262,9 @@ mod tests {
             ("max_force_n", "max_force_n = 1e9 #", "max_force_n"),
             ("delay_ticks", "delay_ticks = 9 #", "delay_ticks = 9"),
             ("workspace_m", "workspace_m = [0.1, nan, 0.1] #", "workspace_m = NaN"),
-            ("friction_n", "frictoin_n", "frictoin_n"),
+            ("workspace_m", "workspace_m = [0.1, 0.1, 0.1, 0.1] #", "workspace_m is a list of length 4: give 3 entries"),
+            ("delay_ticks", "delay_ticks = -1 #", "delay_ticks: invalid value: integer `-1`"),
+            ("friction_n", "frictoin_n", "unknown key \"frictoin_n\": did you mean \"friction_n\"?"),
         ] {
             let bad = text.replacen(from, to, 1);
             let line = bad.lines().position(|l| l.starts_with(to)).unwrap() + 1;

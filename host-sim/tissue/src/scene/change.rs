@@ -122,13 +122,31 @@ impl Scene {
         let text = toml::to_string(&table).map_err(|e| refuse(e.to_string()))?;
         let mut changed = Self::parse(name_or_path, &text).map_err(|error| match error {
             // a changed key has no line in a file
-            SceneError::Toml { what, .. } => refuse(what),
+            SceneError::Toml { what, surplus, .. } => refuse(remedied(what, surplus.as_deref(), changes)),
             SceneError::Parameter { table, cause, .. } => refuse(format!("{table}{cause}")),
-            SceneError::Value { key, why, .. } => refuse(format!("{key} {why}")),
+            SceneError::Value { key, why, .. } => {
+                // one key of a table, or the table with two keys of which one has to go
+                let surplus = Some(key.split_once('.').map_or("", |(_, key)| key))
+                    .filter(|_| why.ends_with("remove it") || why.ends_with("keep one"));
+                refuse(remedied(format!("{key} {why}"), surplus, changes))
+            }
             other => other,
         })?;
         changed.resolve_paths_of(name_or_path);
         Ok(changed)
+    }
+}
+
+/// A defect of the changed scene, with a remedy for a command line: it cannot remove a key of the
+/// scene itself. `surplus` is the key that is too much.
+fn remedied(what: String, surplus: Option<&str>, changes: &[Change]) -> String {
+    let own = |key: &str| !changes.iter().any(|change| change.path.iter().any(|part| part == key));
+    let table = changes.last().and_then(|change| change.path.first());
+    match (surplus.filter(|key| own(key)), table, what.rsplit_once(": ")) {
+        (Some(_), Some(table), Some((defect, _))) => {
+            format!("{defect}: give the table whole, as --set '{table}={{KEY=VALUE, KEY=VALUE}}'")
+        }
+        _ => what,
     }
 }
 
@@ -156,6 +174,8 @@ mod tests {
         assert_eq!(scene.drive.targets(), [0.001, 0.002]);
         assert_eq!((scene.tissue.inclusion[0].radius_m, scene.solver.moving_error_pct), (0.004, Some(3.0)));
         assert_eq!(scene.tissue.poisson_ratio, plain.tissue.poisson_ratio);
+        let whole = "probe={shape=\"ellipsoid\", semi_axes_m=[0.01, 0.006, 0.006], along=[1, 0, 0]}";
+        assert!(matches!(changed(&[whole]).unwrap().probe.shape, crate::scene::Shape::Ellipsoid { .. }));
         // the recorded scene is the changed one
         assert!(scene.text.contains("youngs_modulus_pa = 5000") && scene.text.contains("\"mine\""), "{}", scene.text);
     }
@@ -170,6 +190,18 @@ mod tests {
             ("tissue.poisson_ratio=0.7", "poisson_ratio"),
             ("tissue.inclusion.3.radius_m=0.004", "no entry of a list of 1"),
             ("tissue.nodes.more=1", "has no keys"),
+            ("tissue.block_m=[0.08, 0.08, 0.04, 99]", "block_m is a list of length 4: give 3 entries"),
+            ("probe.position_m=[0]", "position_m is a list of length 1: give 2 entries"),
+            ("tissue.inclusion.0.center_m=[0, 0, -0.01, 0]", "center_m is a list of length 4: give 3 entries"),
+            (
+                "tissue.inclusion=[{center_m=[0, 0, -0.01, 0], radius_m=0.001, stiffness_ratio=2}]",
+                "center_m is a list of length 4: give 3 entries",
+            ),
+            ("tissue.up=y", "turns a mesh file: remove it"),
+            // keys of the preset itself
+            ("probe.shape=ellipsoid", "a tip with one radius: give the table whole, as --set 'probe={KEY"),
+            ("drive.kind=force", "\"holds_m\": give the table whole, as --set 'drive={KEY"),
+            ("tissue.organ=liver", "has both block_m and organ: give the table whole, as --set 'tissue={KEY"),
             ("tissue.nodes", "KEY=VALUE"),
             ("=5", "KEY=VALUE"),
         ] {

@@ -17,11 +17,10 @@ const STIFFENING: std::ops::RangeInclusive<f64> = 0.0..=100.0;
 /// Cosine between the long side of a tip and the axis of the press above which the long side does
 /// not lie on the surface.
 const STEEP: f64 = 0.5;
-/// Largest angle between a tilted tip and the press [degrees]: presence in the core takes a steeper
-/// surface for a wall.
+/// Largest angle of a tilt [degrees]: presence in the core takes a steeper surface for a wall.
 const MOST_TILT_DEG: f64 = 45.0;
-/// Error of that angle in single precision [degrees].
-const ROUNDING_DEG: f64 = 0.01;
+/// Rounding error of that angle [degrees].
+const ROUNDING_DEG: f64 = 1e-9;
 /// Extensions of surface files.
 const SURFACES: [&str; 2] = ["stl", "obj"];
 /// Young's modulus [Pa] below which the unit is probably wrong: no organ is softer.
@@ -46,7 +45,7 @@ impl Scene {
         self.check_inclusions()?;
         self.check_relaxation()?;
         let up = self.check_along()?;
-        self.check_tilt(up)?;
+        self.check_tilt()?;
         self.params(up).check().map_err(|cause| SceneError::parameter(&self.file, cause))?;
         self.check_solver()?;
         self.check_drive()
@@ -186,15 +185,18 @@ impl Scene {
         }
     }
 
-    /// Checks the tilt of the tip against the axis of the press.
-    fn check_tilt(&self, up: [f64; 3]) -> Result<(), SceneError> {
-        let tilt = self.probe.tilt_deg;
-        let turned = self.params(up).turned_probe().axis;
-        let degrees = turned.cast::<f64>().dot(&Vector3::from(up)).clamp(-1.0, 1.0).acos().to_degrees();
-        if !(0.0..=MOST_TILT_DEG + ROUNDING_DEG).contains(&degrees) {
+    /// Checks the angle of the tilt as it is given: 400 degrees are a mistake, not 40.
+    fn check_tilt(&self) -> Result<(), SceneError> {
+        let (key, tilt) = ("probe.tilt_deg", self.probe.tilt_deg);
+        if let Some(n) = tilt.iter().position(|part| !part.is_finite()) {
+            let why = format!("= {} is not a number of degrees: give one, as in [0.0, 15.0, 0.0]", tilt[n]);
+            return self.bad(&format!("{key}[{n}]"), &why);
+        }
+        let degrees = Vector3::from(tilt).norm();
+        if degrees > MOST_TILT_DEG + ROUNDING_DEG {
             let why =
-                format!("= {tilt:?} tilts the tip by {degrees:.0} degrees: give at most {MOST_TILT_DEG}, as [0.0, 15.0, 0.0]");
-            return self.bad("probe.tilt_deg", &why);
+                format!("= {tilt:?} tilts the tip by {degrees:.1} degrees: give at most {MOST_TILT_DEG}, as [0.0, 15.0, 0.0]");
+            return self.bad(key, &why);
         }
         Ok(())
     }

@@ -22,6 +22,9 @@ pub const CHARTED_METHODS: [&str; 14] = [
     "compliance",
 ];
 
+/// Words between a key and the tip that has it, in the message about a tip without it.
+pub(super) const FOREIGN: &str = " belongs to ";
+
 /// Why a scene cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum SceneError {
@@ -60,6 +63,8 @@ pub enum SceneError {
         line: usize,
         /// Defect and how to fix it.
         what: String,
+        /// Key that the scene has and must not have, if that is the defect.
+        surplus: Option<String>,
     },
     /// A parameter that the core refuses.
     #[error("{file}: {table}{cause}")]
@@ -112,15 +117,25 @@ impl SceneError {
         Self::Value { file: file.into(), key: key.into(), why: why.into() }
     }
 
-    /// An error for bad TOML in `file`, with the line and a suggestion.
+    /// An error for a scene in bad TOML, with the line and a suggestion.
     #[must_use]
     pub fn of_toml(file: &str, text: &str, error: &toml::de::Error) -> Self {
-        let mut line = error.span().map_or(1, |span| text[..span.start.min(text.len())].matches('\n').count() + 1);
+        Self::of_toml_like("presets under host-sim/scenes", file, text, error)
+    }
+
+    /// An error for bad TOML in `file`, with the line and a suggestion; `like` names files that are
+    /// right.
+    #[must_use]
+    pub fn of_toml_like(like: &str, file: &str, text: &str, error: &toml::de::Error) -> Self {
+        let before = error.span().map_or("", |span| &text[..span.start.min(text.len())]);
+        let mut line = before.matches('\n').count() + 1;
         let at = text.lines().nth(line - 1).unwrap_or_default();
+        let mut surplus = None;
         let message = error.message().lines().collect::<Vec<_>>().join(" ");
         let what = if let Some((key, near)) = unknown(&message, "unknown field `") {
             // serde reports the line of the table, not that of the key
             line += text.lines().skip(line - 1).position(|l| key_of(l) == Some(key)).unwrap_or(0);
+            surplus = Some(key.to_owned());
             match near {
                 Some(near) => format!("unknown key \"{key}\": did you mean \"{near}\"?"),
                 None => format!("unknown key \"{key}\": remove it, or use one of {}", listed(&message)),
@@ -129,13 +144,29 @@ impl SceneError {
             not_known(word, near, &message)
         } else if let Some(key) = message.strip_prefix("missing field `").and_then(|rest| rest.strip_suffix('`')) {
             let table = if at.trim_start().starts_with('[') { at.trim() } else { "the file" };
-            format!("key \"{key}\" is missing in {table}: add it, as in the presets under host-sim/scenes")
+            format!("key \"{key}\" is missing in {table}: add it, as in the {like}")
+        } else if let Some((key, why)) = message.split_once(FOREIGN) {
+            surplus = Some(key.to_owned());
+            format!("probe.{key}{FOREIGN}{why}: remove it")
         } else {
-            let key = key_of(at).map_or(String::new(), |key| format!("{key}: "));
-            format!("{key}{}: see the presets under host-sim/scenes for the form", in_toml_words(&message))
+            // the key of the value at which the span begins, also inside a table on one line
+            let own =
+                before.lines().last().and_then(|line| line.rsplit_once('=')).and_then(|(keys, _)| keys.split_whitespace().last());
+            let key = own.or(key_of(at));
+            if let (Some(key), Some((found, entries))) = (key, lengths(&message)) {
+                format!("{key} is a list of length {found}: give {entries} entries")
+            } else {
+                let key = key.map_or(String::new(), |key| format!("{key}: "));
+                format!("{key}{}: see the {like} for the form", in_toml_words(&message))
+            }
         };
-        Self::Toml { file: file.into(), line, what }
+        Self::Toml { file: file.into(), line, what, surplus }
     }
+}
+
+/// Number of entries of a list, and that of the array that it fills.
+fn lengths(message: &str) -> Option<(&str, &str)> {
+    message.strip_prefix("invalid length ")?.split_once(", expected an array of length ")
 }
 
 /// Message for a word that is not a variant; for a charted method, it says which commands run it.
@@ -164,7 +195,6 @@ fn in_toml_words(message: &str) -> String {
         ("expected usize", "expected a whole number from 0"),
         ("expected a sequence", "expected a list [..]"),
         ("invalid type: sequence", "invalid type: a list"),
-        ("expected an array of length", "expected a list of length"),
     ]
     .iter()
     .fold(message.to_owned(), |text, (rust, toml)| text.replace(rust, toml))

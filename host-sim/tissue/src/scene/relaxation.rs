@@ -58,7 +58,7 @@ impl Scene {
             None if !given => {
                 let line = text.lines().position(|line| line.trim() == "[tissue]").map_or(1, |n| n + 1);
                 let what = "key \"youngs_modulus_pa\" is missing in [tissue]: add it, or long_term_modulus_pa, as in the presets under host-sim/scenes";
-                Err(SceneError::Toml { file: file.into(), line, what: what.into() })
+                Err(SceneError::Toml { file: file.into(), line, what: what.into(), surplus: None })
             }
             None => Ok(()),
             Some(_) if given => self.bad(

@@ -6,6 +6,8 @@ use nalgebra::Vector3;
 use palpate::{Probe, ProbeShape};
 use serde::{Deserialize, Serialize};
 
+use super::error::FOREIGN;
+
 /// Shape of the probe in a scene file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shape {
@@ -89,7 +91,7 @@ impl TryFrom<TipKeys> for Tip {
             ("along", keys.along.is_some() && !long, "a capsule or an ellipsoid"),
         ];
         if let Some((key, _, owner)) = foreign.iter().find(|(_, given, _)| *given) {
-            return Err(format!("probe.{key} belongs to {owner}: remove it"));
+            return Err(format!("{key}{FOREIGN}{owner}"));
         }
         let shape = match keys.shape {
             Name::Hemisphere => Shape::Hemisphere,

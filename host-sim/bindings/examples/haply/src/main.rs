@@ -1,4 +1,4 @@
-//! Presses a scene with an Inverse3: `cargo run -- [SCENE [HOST:PORT]]`; Ctrl-C ends.
+//! Presses a scene with an Inverse3: `cargo run -- [SCENE [PROFILE [HOST:PORT]]]`; Ctrl-C ends.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -12,8 +12,8 @@ use palpate_loop::haptic_session::HapticSession;
 async fn main() -> Result<(), ServiceError> {
     let given: Vec<String> = std::env::args().skip(1).collect();
     let word = |n: usize, default| given.get(n).map_or(default, String::as_str);
-    let service = word(1, "localhost:10001");
-    let mut session = HapticSession::open(word(0, "block"), None, "inverse3").map_err(|error| error.to_string())?;
+    let service = word(2, "localhost:10001");
+    let mut session = HapticSession::open(word(0, "block"), None, word(1, "inverse3")).map_err(|error| error.to_string())?;
     session.cautions().iter().for_each(|caution| eprintln!("{caution}"));
     let mut device = HaplyDevice::new(&format!("http://{service}"), &format!("ws://{service}/"))
         .await

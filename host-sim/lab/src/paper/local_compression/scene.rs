@@ -2,6 +2,7 @@
 
 use serde::Deserialize;
 
+use palpate_tissue::exact;
 use palpate_tissue::scene::SceneError;
 
 /// Presets, as pairs of name and text.
@@ -72,7 +73,7 @@ pub struct MeshScene {
 impl PressScene {
     /// Reads the text of a preset; `file` names it in errors.
     pub fn parse(file: &str, text: &str) -> Result<Self, SceneError> {
-        let scene = toml::from_str(text).map_err(|e| SceneError::of_toml(file, text, &e))?;
+        let scene = exact::from_toml(text).map_err(|e| SceneError::of_toml(file, text, &e))?;
         Ok(Self { file: file.into(), ..scene })
     }
 

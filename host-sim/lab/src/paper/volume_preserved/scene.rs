@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use serde::Deserialize;
 
+use palpate_tissue::exact;
 use palpate_tissue::scene::{LengthUnit, SceneError};
 
 /// Name of the shipped scene.
@@ -151,7 +152,7 @@ impl HangingScene {
 
     /// Reads the text of a scene; `file` names it in errors.
     pub fn parse(file: &str, text: &str) -> Result<Self, SceneError> {
-        let mut scene: Self = toml::from_str(text).map_err(|e| SceneError::of_toml(file, text, &e))?;
+        let mut scene: Self = exact::from_toml(text).map_err(|e| SceneError::of_toml(file, text, &e))?;
         scene.file = file.into();
         scene.check()?;
         Ok(scene)
