@@ -70,7 +70,7 @@ impl<'a> Across<'a> {
         let r = probe.radius_m;
         let (half_height_m, half_depth_m, lean) = match probe.shape {
             ProbeShape::Ellipsoid { semi_axes_m: [_, b], along } => {
-                // (x / r)^2 + (y / b)^2 of a vector, x of it along the axis and y along the short side
+                // (x / r)^2 + (y / b)^2 of a vector, x along the axis and y along the short side
                 let short = axis.cross(&across(axis, V3::from(along)));
                 let form = |a: V3, c: V3| a.dot(&axis) * c.dot(&axis) / (r * r) + a.dot(&short) * c.dot(&short) / (b * b);
                 let lean = form(up, front) / form(up, up);
