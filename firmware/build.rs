@@ -24,7 +24,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for file in ["build.rs", "build/memory.rs", "build/patch.rs"] {
         println!("cargo:rerun-if-changed={file}");
     }
-    for cfg in ["break_source", "usart_fifo", "usart_v2"] {
+    for cfg in ["break_source", "usart_fifo"] {
         println!("cargo:rustc-check-cfg=cfg({cfg})");
     }
     let out = PathBuf::from(env::var("OUT_DIR")?);

@@ -59,7 +59,6 @@ pub fn of_chip() -> Option<Memories> {
         let version = peripheral.registers.as_ref().map(|registers| registers.version);
         match (peripheral.name, version) {
             ("TIM1", Some(version)) if version != "v1" => println!("cargo:rustc-cfg=break_source"),
-            ("USART2", Some("v2")) => println!("cargo:rustc-cfg=usart_v2"),
             ("USART2", Some("v4")) => println!("cargo:rustc-cfg=usart_fifo"),
             _ => {}
         }

@@ -18,6 +18,7 @@ use palpate_controller::board::Board;
 use palpate_controller::config::Profile;
 use palpate_controller::controller::{Arming, Controller};
 use palpate_controller::haptic_loop::HapticLoop;
+use palpate_controller::link::BAUD;
 use palpate_controller::patch::{Memory, Patch, PatchSlot};
 use palpate_controller::script::{self, LEAD_TICKS};
 use static_cell::{ConstStaticCell, StaticCell};
@@ -34,8 +35,8 @@ const TICKS: u32 = 4_000;
 const CHECK_TICKS: u32 = TICKS / CHECKS as u32;
 /// Ticks between two reports.
 const REPEAT_TICKS: u32 = 2_000;
-/// Bytes per tick that the link carries at 115 200 baud, less a fifth.
-const BYTES_PER_TICK: usize = 9;
+/// Bytes per tick that the link carries, less a fifth; a byte takes ten bits.
+const BYTES_PER_TICK: usize = (BAUD / 10_000 * 4 / 5) as usize;
 
 // kept in statics and filled by separate functions, so that each call can reuse the stack of the
 // previous one

@@ -23,6 +23,7 @@ use palpate_controller::force_out::{DacCode, Outputs};
 use palpate_controller::kinematics::MechanismProfile;
 use palpate_controller::link::{FromBoard, Receiver, Record};
 use palpate_controller::script::{self, LEAD_TICKS, sensed};
+use palpate_controller::serve;
 
 use crate::disassembly::variable;
 use crate::free_handle::FreeHandle;
@@ -33,10 +34,10 @@ use crate::pseudo_terminal::PseudoTerminal;
 /// armed, and ends after the presses.
 const ROUND_TICKS: u32 = LEAD_TICKS + 2_000;
 /// Ticks between records.
-const RECORD_TICKS: u64 = 20;
+const RECORD_TICKS: u64 = serve::RECORD_TICKS as u64;
 /// Number of ticks of input that may be sent to the emulator ahead of its records.
-const AHEAD_TICKS: u64 = 3 * RECORD_TICKS;
-/// Largest number of link bytes that reach the board per tick; 115 200 baud transfer 12.
+const AHEAD_TICKS: u64 = 60;
+/// Largest number of link bytes that reach the board per tick; its link transfers 92.
 const LINK_BYTES: usize = 40;
 /// Time of silence after which a disarmed board treats the host as gone.
 const AWAY: Duration = Duration::from_millis(400);
@@ -117,7 +118,7 @@ pub struct Truth {
     pub record: Record,
     /// Largest force since the start [N].
     pub largest_n: f32,
-    /// Number of records received; there is one every 20 ticks.
+    /// Number of records received; there is one every second tick.
     pub records: u64,
 }
 

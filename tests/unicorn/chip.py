@@ -38,7 +38,7 @@ from unicorn.arm_const import (
 
 SCS, CYCLE_COUNT = 0xE000_E000, 0xE000_1004
 CFSR, BFAR = SCS + 0xD28, SCS + 0xD38
-BYTES_IN_A_TICK = 11  # at 115 200 baud
+BYTES_IN_A_TICK = 92  # at 921 600 baud
 LATE_INSTRUCTIONS = 20_000  # after which a late tick is interrupted by the next period; a press takes three times as many
 RETURN = 0x1FFF_0000  # stands for an exception return; the page is executable
 HARD_FAULT, SYSTICK = 3 - 16, 15 - 16  # vectors, counted from the first interrupt
@@ -121,6 +121,13 @@ class Chip:
     def raises(self):
         """Interrupts that begin with a period of the tick timer."""
         raise NotImplementedError
+
+    def uart_irqs(self):
+        """Interrupts that the UART asks for."""
+        raise NotImplementedError
+
+    def move_bytes(self):
+        """Bytes that a DMA moves within a period between memory and UART."""
 
     # flash, which the image erases and writes
 
@@ -228,6 +235,13 @@ class Chip:
         assert self.send_room > 0, "a byte is written to a full queue"
         self.send_room -= 1
         self.sent.append(byte)
+
+    def send_from(self, address, count):
+        """A DMA sends bytes of the memory; returns how many the line takes within the period."""
+        count = min(count, self.line_bytes)
+        self.line_bytes -= count
+        self.sent += self.uc.mem_read(address, count)
+        return count
 
     def feed(self, watchdog, starts=True):
         """The image feeds a watchdog, which may not have been started yet."""
@@ -367,7 +381,19 @@ class Chip:
                 self.uc.ctl_flush_tb()  # or instructions that ran before are not counted
                 asleep = self.run_until_sleep(LATE_INSTRUCTIONS)
                 assert not asleep, f"the tick of period {self.periods} is too short to be late"
-        return self._begin() and self.run_until_sleep(most)
+        asleep = self._begin() and self.run_until_sleep(most)
+        while asleep and self._drain():
+            asleep = self.run_until_sleep(most)
+        return asleep
+
+    def _drain(self):
+        """The line takes the bytes that the UART holds, as many as it can within the period; returns whether an interrupt asks for more."""
+        taken = min(self.FIFO_BYTES - self.send_room, self.line_bytes)
+        self.send_room += taken
+        self.line_bytes -= taken
+        asks = self.uart_irqs() if taken else set()
+        self.pending |= asks
+        return bool(asks)
 
     def _begin(self):
         """Begins a period. Returns False if a watchdog acts instead."""
@@ -375,12 +401,12 @@ class Chip:
         if any(self.periods - self.fed.get(name, self.periods) > limit for name, limit in self.watchdogs().items()):
             self.reset(by_watchdog=True)
             return False
-        moved = 0
-        self.send_room = min(self.send_room + BYTES_IN_A_TICK, self.FIFO_BYTES)
-        while self.to_board and len(self.fifo) < self.FIFO_BYTES and BYTES_IN_A_TICK > moved:
+        self.line_bytes = BYTES_IN_A_TICK
+        while self.to_board and len(self.fifo) < self.FIFO_BYTES:
             self.fifo.append(self.to_board.pop(0))
-            moved += 1
-        self.pending |= self.raises()
+        self.move_bytes()
+        self._drain()
+        self.pending |= self.raises() | self.uart_irqs()
         return True
 
     stored = traces = False

@@ -142,10 +142,11 @@ class Rp2350(Chip):
         return {"watchdog": self.load_us / 1000} if self.at(WATCHDOG) >> 30 & 1 else {}
 
     def raises(self):
-        raised = {SYSTICK} if self.at(SYST_CSR) & 3 == 3 else set()
-        if self.fifo and self.at(UART + IMSC) & 0x50 or self.at(UART + IMSC) & 0x20:
-            raised.add(UART_IRQ)
-        return raised
+        return {SYSTICK} if self.at(SYST_CSR) & 3 == 3 else set()
+
+    def uart_irqs(self):
+        mask = self.at(UART + IMSC)
+        return {UART_IRQ} if self.fifo and mask & 0x50 or mask & 0x20 else set()
 
     def stop_ticks(self):
         self.registers[SYST_CSR] = 0

@@ -7,7 +7,12 @@ from chip import Chip
 CR1, DIER, SR, EGR, CCER, CNT, ARR, CCR1, BDTR = 0x00, 0x0C, 0x10, 0x14, 0x20, 0x24, 0x2C, 0x34, 0x44  # of the timers
 MODER, IDR, ODR, BSRR = 0x00, 0x10, 0x14, 0x18  # of the ports
 RXNE, TC, TXE, TEACK, REACK = 1 << 5, 1 << 6, 1 << 7, 1 << 21, 1 << 22
-RXNEIE, TXEIE = 1 << 5, 1 << 7
+RXNEIE, TXFEIE = 1 << 5, 1 << 30
+CR3, DMAR, DMAT = 0x14, 1 << 6, 1 << 7  # of the USART with a DMA
+HISR, HIFCR = 0x04, 0x0C  # of the DMA
+STREAMS = [0x10 + 0x18 * stream for stream in (5, 6)]  # that receive and send
+NDTR, M0AR = 0x04, 0x0C  # of a stream
+SEND_FLAGS, SENT_FLAG = 0x3D << 16, 1 << 21
 MOE = 1 << 15
 STOP = 0  # among the inputs that are high
 LSI_HZ = 32_000
@@ -74,6 +79,7 @@ CHIPS = {
             "GPIOB": 0x4002_0400,
             "GPIOC": 0x4002_0800,
             "RCC": 0x4002_3800,
+            "DMA1": 0x4002_6000,
         },
         "memory": [(0x0800_0000, 0x8_0000), (0x2000_0000, 0x2_0000)],
         "ready": {0x00: [(0, 1), (16, 17), (24, 25), (26, 27), (28, 29)], 0x74: [(0, 1)]},
@@ -82,7 +88,7 @@ CHIPS = {
         "power": {0x04: 1 << 14 | 1 << 16 | 1 << 17},
         "reset_cause": (0x74, 1 << 29, 1 << 27),
         "usart": (0x00, 0x04, 0x04),
-        "irq": {"TIM7": 55, "USART": 38},
+        "irq": {"TIM7": 55},
         "clock_hz": 180_000_000,
         "flash": ([(0, 0x4002_3C00)], 0x04, 0x10, (31, 0, 1, 16), (3, 4), [0x4000] * 4 + [0x1_0000] + [0x2_0000] * 3),
         "window_hz": 45_000_000 / 4096,
@@ -194,6 +200,18 @@ class Stm32(Chip):
         if address == self.base["USART"] + self.row["usart"][2]:
             self.send_byte(value & 0xFF)
             return False
+        dma = address - self.base.get("DMA1", 1 << 32)
+        if dma == HIFCR:
+            self.registers[address - HIFCR + HISR] = self.at(address - HIFCR + HISR) & ~value
+            return False
+        if dma in STREAMS and value & 1:
+            assert not self.at(address) & 1, "the stream runs already"
+            assert value >> 25 == 4 and value >> 6 & 3 == STREAMS.index(dma), "USART2 is on channel 4"
+            if dma == STREAMS[0]:
+                self.ring_bytes = self.at(address + NDTR)
+            else:
+                assert not self.of("DMA1", HISR) & SEND_FLAGS, "a flag keeps the stream from starting"
+                self.whole = self.at(address + NDTR)
         if address == self.base["IWDG"]:
             if value == 0xCCCC:
                 self.fed["IWDG"] = self.periods
@@ -269,9 +287,28 @@ class Stm32(Chip):
         if self.of("TIM7", CR1) & 1 and self.of("TIM7", DIER) & 1:
             self.registers[self.base["TIM7"] + SR] = 1
             raised.add(irq["TIM7"])
-        if self.of("USART", 0x00 if self.row["usart"][0] else 0x0C) & (TXEIE | (RXNEIE if self.fifo else 0)):
-            raised.add(irq["USART"])
         return raised
+
+    def uart_irqs(self):
+        asked = self.of("USART", CR1) if "USART" in self.row["irq"] else 0
+        empty = self.send_room == self.FIFO_BYTES
+        return {self.row["irq"]["USART"]} if asked & RXNEIE and self.fifo or asked & TXFEIE and empty else set()
+
+    def move_bytes(self):
+        if "DMA1" not in self.base:
+            return
+        receives, sends = [self.base["DMA1"] + stream for stream in STREAMS]
+        while self.fifo and self.of("USART", CR3) & DMAR and self.at(receives) & 1:
+            left = self.at(receives + NDTR)
+            self.uc.mem_write(self.at(receives + M0AR) + self.ring_bytes - left, bytes([self.take_byte()]))
+            self.registers[receives + NDTR] = left - 1 or self.ring_bytes
+        if self.of("USART", CR3) & DMAT and self.at(sends) & 1:
+            left, sent = self.at(sends + NDTR), self.whole - self.at(sends + NDTR)
+            left -= self.send_from(self.at(sends + M0AR) + sent, left)
+            self.registers[sends + NDTR] = left
+            if not left:
+                self.registers[sends] &= ~1
+                self.registers[self.base["DMA1"] + HISR] = self.of("DMA1", HISR) | SENT_FLAG
 
     def stop_ticks(self):
         self.registers[self.base["TIM7"] + CR1] = 0

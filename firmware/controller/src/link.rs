@@ -13,6 +13,9 @@
 //!                 log, modulus taken, crash
 //! ```
 
+/// Speed of every board's link [baud]; a port that exists only over USB ignores it.
+pub const BAUD: u32 = 921_600;
+
 pub mod frame;
 pub mod inbox;
 pub mod log;

@@ -1,7 +1,7 @@
 //! The controller with a host on its link, in one of two modes.
 //!
 //! * **Timed**: the tick timer begins a tick, the board's own sensors give the pose, the link is
-//!   read without blocking after the force was written, and a record is sent every 20 ticks. A host
+//!   read without blocking after the force was written, and a record is sent every second tick. A host
 //!   that is silent for 20 ticks counts as lost, and the force is ramped down to zero.
 //! * **Lock-step**: the host's pose begins a tick, and the record sent to the host ends it. No
 //!   timer runs, so no tick is ever late. The emulator stops while the board waits for the host, so
@@ -27,14 +27,12 @@ use crate::probe_in::Reading;
 use self::line::Line;
 use self::offer::Offer;
 
-/// In timed mode, number of ticks per record: 50 records per second take half of the capacity of a
-/// link of 115 200 baud.
-const RECORD_TICKS: u32 = 20;
-/// In timed mode, number of ticks per piece of the log. Pieces of at most 109 bytes take a quarter
-/// of that capacity; the rest is for answers.
+/// In timed mode, number of ticks per record: 500 records per second take two thirds of the link.
+pub const RECORD_TICKS: u32 = 2;
+/// In timed mode, number of ticks per piece of the log, of at most 109 bytes.
 pub const LOG_TICKS: u32 = 40;
-/// Tick of every [`LOG_TICKS`] in which a piece is sent: halfway between two records.
-const LOG_AT: u32 = 10;
+/// Tick of every [`LOG_TICKS`] in which a piece is sent: between two records.
+const LOG_AT: u32 = 11;
 /// A host that asks for the log receives it for this many ticks; without a reader, frames stay on
 /// the board.
 pub const LISTENS_TICKS: u32 = 250;

@@ -79,6 +79,8 @@ mod stack;
 pub use resets::{count_millisecond, last_crash};
 pub use stack::{STACK_BYTES, stack_used_bytes};
 
+#[cfg(any(feature = "mps2", feature = "pico2", usart_fifo))]
+mod by_interrupt;
 mod queues;
 
 #[cfg(not(feature = "mps2"))]

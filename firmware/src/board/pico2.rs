@@ -9,7 +9,7 @@
 //! | enable line | GPIO 22, high is on |
 //! | stop circuit | GPIO 28, high is closed, low or open stops |
 //! | supply of the amplifiers, operator's switch | GPIO 26, 27, high is good and pressed |
-//! | link | UART0 (GPIO 0, 1), 115 200 baud, to a USB adapter or a debug probe |
+//! | link | UART0 (GPIO 0, 1), 921 600 baud, to a USB adapter or a debug probe |
 //! | light | GPIO 25 |
 //! | watchdog | 4.5 ms, on the crystal |
 //!
@@ -43,13 +43,14 @@ use palpate::Fault;
 use palpate_controller::board::WATCHDOG_US;
 use palpate_controller::force_out::bridge::{AxisPins, Bridge, Line, Pins, StopCircuit};
 use palpate_controller::force_out::{DacCode, Outputs};
+use palpate_controller::link::BAUD;
 use palpate_controller::patch::Budget;
 
 #[cfg(not(feature = "self-test"))]
 pub use super::flashed::duty;
 pub use super::flashed::{after_crash, debug_start, debug_write, exit, idle, print};
 pub use super::queues::room as link_room;
-use super::{SETTLES_HZ, fast_memory, queues};
+use super::{SETTLES_HZ, by_interrupt, fast_memory, queues};
 use crate::period;
 
 mod encoders;
@@ -114,7 +115,9 @@ pub fn start_executors() -> (SendSpawner, SendSpawner) {
     }
     outputs_off();
     encoders::start([p.PIN_2.into(), p.PIN_3.into(), p.PIN_4.into(), p.PIN_5.into(), p.PIN_6.into(), p.PIN_7.into()]);
-    core::mem::forget(Uart::new_blocking(p.UART0, p.PIN_0, p.PIN_1, embassy_rp::uart::Config::default()));
+    let mut link = embassy_rp::uart::Config::default();
+    link.baudrate = BAUD;
+    core::mem::forget(Uart::new_blocking(p.UART0, p.PIN_0, p.PIN_1, link));
     UART0.uartimsc().write(|w| {
         w.set_rxim(true);
         w.set_rtim(true); // also for fewer bytes than the level that raises the other one
@@ -301,7 +304,7 @@ pub fn budget() -> Budget {
 /// tick if it was missed.
 pub fn link_read(bytes: &mut [u8]) -> usize {
     interrupt::UART0_IRQ.pend();
-    queues::read(bytes)
+    by_interrupt::read(bytes)
 }
 
 /// Queues a frame, without blocking, or drops it if it does not fit as a whole.
@@ -311,13 +314,13 @@ pub fn link_write(frame: &[u8]) {
 }
 
 /// Moves all received bytes to their queue, and queued bytes to the UART while it accepts them. An
-/// interrupt, because the UART's own queue holds 2.8 ms of bytes and a patch takes longer to open.
+/// interrupt, because the UART's own queue holds 0.35 ms of bytes.
 #[interrupt]
 fn UART0_IRQ() {
     while !UART0.uartfr().read().rxfe() {
-        queues::keep(UART0.uartdr().read().data());
+        by_interrupt::keep(UART0.uartdr().read().data());
     }
-    let waits = queues::send(|| !UART0.uartfr().read().txff(), |byte| UART0.uartdr().write(|w| w.set_data(byte)));
+    let waits = by_interrupt::send(|| !UART0.uartfr().read().txff(), |byte| UART0.uartdr().write(|w| w.set_data(byte)));
     UART0.uartimsc().modify(|w| w.set_txim(waits));
 }
 

@@ -1,5 +1,5 @@
-//! The queues between the haptic loop and a board's UART, whose interrupt moves their bytes.
-//! Interrupts are off while a frame is copied, not once for each byte.
+//! The queue of the bytes for the host. Interrupts are off while a frame is copied, not once for
+//! each byte.
 
 use core::cell::RefCell;
 
@@ -21,13 +21,8 @@ impl<T> Shared<T> {
     }
 }
 
-static IN: Shared<ByteQueue> = Shared::new(ByteQueue::EMPTY);
-static OUT: Shared<ByteQueue> = Shared::new(ByteQueue::EMPTY);
-
-/// Reads the bytes received so far, without blocking.
-pub fn read(bytes: &mut [u8]) -> usize {
-    IN.with(|queue| queue.read(bytes))
-}
+/// Bytes for the host.
+pub static OUT: Shared<ByteQueue> = Shared::new(ByteQueue::EMPTY);
 
 /// Number of bytes for the host that there is room for.
 pub fn room() -> usize {
@@ -37,23 +32,4 @@ pub fn room() -> usize {
 /// Queues a frame for the host, or drops it if it does not fit as a whole.
 pub fn write(frame: &[u8]) {
     OUT.with(|queue| queue.write(frame));
-}
-
-/// Keeps a byte that was received.
-pub fn keep(byte: u8) {
-    IN.with(|queue| queue.push(byte));
-}
-
-/// Moves bytes for the host to the UART, as long as it accepts them, and returns whether some may
-/// still wait. Interrupts are off meanwhile, for as many bytes as the UART's own queue holds.
-pub fn send(accepts: impl Fn() -> bool, send: impl Fn(u8)) -> bool {
-    OUT.with(|queue| {
-        loop {
-            if !accepts() {
-                return true;
-            }
-            let Some(byte) = queue.pop() else { return false };
-            send(byte);
-        }
-    })
 }

@@ -27,6 +27,7 @@ use embassy_stm32::timer::simple_pwm::PwmPinConfig;
 use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_stm32::{Config, Peri, Peripherals, peripherals, rcc};
 use palpate_controller::board::WATCHDOG_US;
+use palpate_controller::link::BAUD;
 use palpate_controller::patch::Budget;
 
 use super::fast_memory;
@@ -43,6 +44,7 @@ mod this;
 
 mod bridge;
 mod encoders;
+#[cfg_attr(not(usart_fifo), path = "stm32/dma_link.rs")]
 mod link;
 mod pin;
 pub mod profile_slots;
@@ -65,7 +67,8 @@ pub trait Stm32Board {
     const PINS: BoardPins;
     /// The link's registers.
     const LINK: Usart;
-    /// The link's interrupt.
+    /// The link's interrupt, on a chip whose USART has queues of its own.
+    #[cfg(usart_fifo)]
     const LINK_INTERRUPT: Interrupt;
     /// The tick timer's interrupt.
     const TICK_INTERRUPT: Interrupt;
@@ -123,7 +126,7 @@ static BACKGROUND: InterruptExecutor = InterruptExecutor::new();
 
 /// Defines the interrupt handlers; their names depend on the board's chip.
 macro_rules! handlers {
-    (tick: $tick:ident, haptic: $haptic:ident, background: $background:ident, link: $link:ident) => {
+    (tick: $tick:ident, haptic: $haptic:ident, background: $background:ident $(, link: $link:ident)?) => {
         #[interrupt]
         unsafe fn $tick() {
             super::on_tick_timer();
@@ -138,10 +141,10 @@ macro_rules! handlers {
             // SAFETY: as above.
             unsafe { super::BACKGROUND.on_interrupt() }
         }
-        #[interrupt]
+        $(#[interrupt]
         unsafe fn $link() {
             super::link::on_interrupt();
-        }
+        })?
     };
 }
 use handlers;
@@ -192,6 +195,13 @@ fn stop_input(pin: Peri<'static, impl AnyPin>, alternate: u8) {
 /// Configuration of a magnitude's pin, which is low while nothing drives it.
 fn pulled_down() -> PwmPinConfig {
     PwmPinConfig { output_type: OutputType::PushPull, speed: Speed::Low, pull: Pull::Down }
+}
+
+/// Configuration of the link's USART.
+fn link_config() -> embassy_stm32::usart::Config {
+    let mut config = embassy_stm32::usart::Config::default();
+    config.baudrate = BAUD;
+    config
 }
 
 /// Sets the watchdog's time; [`start_tick_timer`] starts it.

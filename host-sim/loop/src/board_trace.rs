@@ -9,6 +9,9 @@ use std::path::Path;
 
 use palpate::{ClampFlags, Fault};
 
+/// Ticks between two records.
+pub const RECORD_TICKS: u32 = 2;
+
 /// Column headings; a heading ends with the unit where the column has one.
 pub const COLUMNS: [&str; 24] = [
     "tick",

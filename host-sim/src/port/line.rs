@@ -5,18 +5,16 @@ use std::time::{Duration, Instant};
 
 use palpate_controller::link::frame::FRAME_BYTES;
 use palpate_controller::link::receiver::Counts;
-use palpate_controller::link::{FromBoard, Receiver, ToBoard, encode};
+use palpate_controller::link::{BAUD, FromBoard, Receiver, ToBoard, encode};
 use serialport::{ClearBuffer, SerialPort};
 
 use super::PortError;
 
-/// Speed of every board's link [baud]; a port that exists only over USB ignores it.
-const BAUD: u32 = 115_200;
 /// Longest wait of a frame for room in the system's queue.
 const WRITE_PATIENCE: Duration = Duration::from_millis(500);
 
 /// After this silence a board may have restarted, and begins with any sequence number. It sends a
-/// record every 20 ms otherwise.
+/// record every 2 ms otherwise.
 const FORGET: Duration = Duration::from_millis(100);
 
 /// An open port.

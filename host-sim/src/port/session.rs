@@ -15,7 +15,7 @@ use super::{Line, PortError};
 
 /// Time between two keep-alive messages: a quarter of the board's timeout.
 const HEARTBEAT: Duration = Duration::from_millis(5);
-/// Longest silence of a board, which sends 50 records per second without a request.
+/// Longest silence of a board, which sends 500 records per second without a request.
 pub const SILENCE: Duration = Duration::from_secs(2);
 /// Time between two attempts of a request.
 const AGAIN: Duration = Duration::from_millis(50);

@@ -162,7 +162,7 @@ fn a_press_is_streamed_and_a_held_port_is_refused() {
     let csv = std::fs::read_to_string(desk.folder().join("press.csv")).unwrap();
     let force_n = column(&csv, "applied_z_n").into_iter().fold(0.0, f64::max);
     assert!((force_n - f64::from(on.truth().largest_n)).abs() < 0.05, "{force_n} of {}", on.truth().largest_n);
-    assert!(column(&csv, "tick").windows(2).all(|pair| pair[1] - pair[0] == 20.0), "a row every 20 ticks");
+    assert!(column(&csv, "tick").windows(2).all(|pair| pair[1] - pair[0] == 2.0), "a row every second tick");
     assert_eq!(growing(), csv, "the file that grew has the same rows");
     assert_eq!(column(&csv, "youngs_modulus_pa").first(), Some(&3500.0));
     assert_eq!(desk.listing(), ["growing.csv", "press.csv"]);

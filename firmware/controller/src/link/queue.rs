@@ -4,7 +4,7 @@
 
 use super::FRAME_BYTES;
 
-/// Room for three of the longest frames, or for 66 ms of bytes at 115 200 baud.
+/// Room for three of the longest frames, or for 8 ms of bytes at [`super::BAUD`].
 const QUEUE_BYTES: usize = 3 * FRAME_BYTES;
 
 /// Bytes that wait.
@@ -55,6 +55,20 @@ impl ByteQueue {
     /// Queues a byte. If it does not fit it is lost, and its frame is dropped for its checksum.
     pub fn push(&mut self, byte: u8) {
         self.write(&[byte]);
+    }
+
+    /// The oldest bytes, up to the end of the ring's memory.
+    #[must_use]
+    pub fn first_piece(&self) -> &[u8] {
+        let end = QUEUE_BYTES.min(self.first + self.len);
+        self.bytes.get(self.first..end).unwrap_or(&[])
+    }
+
+    /// Removes the oldest bytes, at most all.
+    pub fn remove(&mut self, count: usize) {
+        let count = count.min(self.len);
+        self.len -= count;
+        self.first = place(self.first + count);
     }
 
     /// Removes the oldest byte.

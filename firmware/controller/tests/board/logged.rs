@@ -12,13 +12,11 @@ use palpate_controller::link::log::LOG_BYTES;
 use palpate_controller::link::{FRAME_BYTES, FromBoard, Log, Record, Refusal, ToBoard, encode, upload};
 use palpate_controller::log::Event;
 use palpate_controller::patch::Memory;
-use palpate_controller::serve::{LISTENS_TICKS, LOG_TICKS, Pace, run};
+use palpate_controller::serve::{LISTENS_TICKS, LOG_TICKS, Pace, RECORD_TICKS, run};
 
 use super::mock::{Mock, haptic_loop};
 use super::served::{BLOCK, decoded, pose};
 
-/// Periods between records.
-const RECORD_TICKS: u32 = 20;
 /// Periods of a flood of lines: as many as the host, which asks in the first tick, reads the log
 /// for.
 const FLOOD: u32 = LISTENS_TICKS;
@@ -66,7 +64,7 @@ fn a_flood_of_lines_neither_delays_nor_replaces_a_record() {
     let periods: Vec<u32> = records.iter().map(|(period, _)| *period).collect();
     assert_eq!(periods, (1..=FLOOD).filter(|period| period % RECORD_TICKS == 0).collect::<Vec<_>>());
     let at: Vec<u32> = logs.iter().map(|(period, _)| *period).collect();
-    assert_eq!(at, (1..=FLOOD).filter(|period| period % LOG_TICKS == 10).collect::<Vec<_>>(), "one piece between two records");
+    assert_eq!(at, (1..=FLOOD).filter(|period| period % LOG_TICKS == 11).collect::<Vec<_>>(), "one piece between two records");
     assert!(logs.iter().all(|(_, log)| (1..=LOG_BYTES).contains(&log.frames.bytes().len())));
     assert!(logs.iter().all(|(_, log)| log.frames.bytes().last() == Some(&0)), "whole frames");
     // 41 bytes per line, two lines per piece, twelve lines in the ring
@@ -95,10 +93,10 @@ fn a_host_that_asks_is_told_once_that_nothing_waits() {
     let (_, logs) = sent(timed(200, &[ToBoard::Listen(true)], |_| {}));
     let empty: Vec<u32> = logs.iter().filter(|(_, log)| *log == Log::NOTHING).map(|(period, _)| *period).collect();
     let (last, _) = logs.last().unwrap();
-    assert!(empty.is_empty() && *last > 10, "the lines of the start answer: {logs:?}");
+    assert!(empty.is_empty() && *last > 11, "the lines of the start answer: {logs:?}");
     let asked = |board: &mut Mock| board.quiet = true;
     let (_, logs) = sent(timed(200, &[ToBoard::Listen(true)], asked));
-    assert_eq!(logs, [(10, Log::NOTHING)]);
+    assert_eq!(logs, [(11, Log::NOTHING)]);
     let (_, logs) = sent(timed(200, &[ToBoard::Listen(true), ToBoard::Listen(false)], asked));
     assert!(logs.is_empty());
 }
@@ -110,7 +108,7 @@ fn the_log_stays_on_the_board_until_a_host_listens_and_when_it_does_not_any_more
         assert!(board.events.len() > 400 && board.ring.take().is_some(), "it waits");
         board.to_host.retain(|frame| !decoded(frame.clone(), |message| matches!(message, FromBoard::Identity(_))));
         let (records, logs) = sent(board);
-        assert_eq!((records.len(), logs.len()), (20, 0), "{messages:?}: nobody listens");
+        assert_eq!((records.len(), logs.len()), (400 / RECORD_TICKS as usize, 0), "{messages:?}: nobody listens");
     }
     let (records, logs) = sent(timed(LISTENS_TICKS + 400, &[ToBoard::Listen(true)], |board| board.chatty = true));
     assert_eq!(records.len() as u32, (LISTENS_TICKS + 400) / RECORD_TICKS);

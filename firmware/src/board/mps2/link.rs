@@ -10,6 +10,7 @@ use semihosting::io::{self, Read as _, Write as _};
 
 use super::{hand, uart};
 use crate::board::Duty;
+use crate::board::by_interrupt;
 use crate::board::queues::{self, Shared};
 use palpate_controller::serve::Pace;
 
@@ -83,7 +84,7 @@ pub fn link_read(bytes: &mut [u8]) -> usize {
     let from_file = FILES.with(|link| {
         link.as_mut().map(|files| if hand::is_there() { paced(files, bytes) } else { files.input.read(bytes).unwrap_or(0) })
     });
-    from_file.unwrap_or_else(|| queues::read(bytes))
+    from_file.unwrap_or_else(|| by_interrupt::read(bytes))
 }
 
 /// Bit of a packet's length which says that the hand's position is given in encoder counts.

@@ -1,9 +1,10 @@
 //! CMSDK UART 0 as the link: interrupts move bytes between its one-byte registers and two queues.
 
 use cortex_m::peripheral::NVIC;
+use palpate_controller::link::BAUD;
 
 use super::{CLOCK_HZ, Interrupt, set_priority};
-use crate::board::queues;
+use crate::board::{by_interrupt, queues};
 
 const DATA: *mut u32 = 0x4000_4000 as *mut u32;
 const STATE: *mut u32 = 0x4000_4004 as *mut u32;
@@ -16,7 +17,6 @@ const SENT: u32 = 1;
 const RECEIVED: u32 = 2;
 /// Control bits of sender and receiver and of their interrupts.
 const ENABLE: u32 = 0b1111;
-const BAUD: u32 = 115_200;
 
 pub fn start() {
     for interrupt in [Interrupt::UartReceived, Interrupt::UartSent] {
@@ -42,7 +42,7 @@ pub extern "C" fn on_received() {
     unsafe {
         INTCLEAR.write_volatile(RECEIVED);
         while STATE.read_volatile() & RECEIVE_FULL != 0 {
-            queues::keep(DATA.read_volatile() as u8);
+            by_interrupt::keep(DATA.read_volatile() as u8);
         }
     }
 }
@@ -51,6 +51,6 @@ pub extern "C" fn on_sent() {
     // SAFETY: as above.
     unsafe {
         INTCLEAR.write_volatile(SENT);
-        queues::send(|| STATE.read_volatile() & SEND_FULL == 0, |byte| DATA.write_volatile(byte.into()));
+        by_interrupt::send(|| STATE.read_volatile() & SEND_FULL == 0, |byte| DATA.write_volatile(byte.into()));
     }
 }

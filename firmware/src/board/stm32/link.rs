@@ -1,24 +1,21 @@
-//! The link to the host, a USART at 115 200 baud: an interrupt above the haptic loop moves bytes
-//! between its registers and two queues, so nothing is lost while a patch is opened.
+//! The link to the host, a USART with queues of its own: an interrupt above the haptic loop moves
+//! bytes between them and two longer queues, so nothing is lost while a patch is opened.
 
 use embassy_stm32::interrupt::{InterruptExt, Priority};
-use embassy_stm32::usart::{Config, Instance, RxPin, TxPin, Uart};
+use embassy_stm32::usart::{Instance, RxPin, TxPin, Uart};
 use embassy_stm32::{Peri, pac::usart::Usart};
 
-use super::{Stm32Board, This};
-use crate::board::queues;
+use super::{Stm32Board, This, link_config};
+use crate::board::{by_interrupt, queues};
 
 /// Claims the pins and starts the interrupt.
 pub fn start<T: Instance>(usart: Peri<'static, T>, rx: Peri<'static, impl RxPin<T>>, tx: Peri<'static, impl TxPin<T>>) {
-    let Ok(driver) = Uart::new_blocking(usart, rx, tx, Config::default()) else { return };
+    let Ok(driver) = Uart::new_blocking(usart, rx, tx, link_config()) else { return };
     core::mem::forget(driver);
     let registers = This::LINK;
-    #[cfg(usart_fifo)]
-    {
-        registers.cr1().modify(|w| w.set_ue(false));
-        registers.cr1().modify(|w| w.set_fifoen(true));
-        registers.cr1().modify(|w| w.set_ue(true));
-    }
+    registers.cr1().modify(|w| w.set_ue(false));
+    registers.cr1().modify(|w| w.set_fifoen(true));
+    registers.cr1().modify(|w| w.set_ue(true));
     registers.cr1().modify(|w| w.set_rxneie(true));
     This::LINK_INTERRUPT.set_priority(Priority::P3);
     // SAFETY: its handler is `on_interrupt`, which touches nothing but this file's queues.
@@ -29,7 +26,7 @@ pub fn start<T: Instance>(usart: Peri<'static, T>, rx: Peri<'static, impl RxPin<
 /// tick if an error flag has masked its source.
 pub fn read(bytes: &mut [u8]) -> usize {
     This::LINK_INTERRUPT.pend();
-    queues::read(bytes)
+    by_interrupt::read(bytes)
 }
 
 /// Queues a frame, without blocking, or drops it if it does not fit as a whole.
@@ -42,44 +39,17 @@ pub fn write(frame: &[u8]) {
 pub fn on_interrupt() {
     let registers = This::LINK;
     while let Some(byte) = received(registers) {
-        queues::keep(byte);
+        by_interrupt::keep(byte);
     }
-    let waits = queues::send(|| can_send(registers), |byte| send(registers, byte));
-    registers.cr1().modify(|w| w.set_txeie(waits));
+    let waits = by_interrupt::send(|| registers.isr().read().txe(), |byte| registers.tdr().write(|w| w.set_dr(byte.into())));
+    // once the queue is empty, not for every byte that leaves it
+    registers.cr1().modify(|w| w.set_txfeie(waits));
 }
 
-#[cfg(not(usart_v2))]
 fn received(usart: Usart) -> Option<u8> {
     let status = usart.isr().read();
     if status.ore() {
         usart.icr().write(|w| w.set_ore(true));
     }
     status.rxne().then(|| usart.rdr().read().dr() as u8)
-}
-
-#[cfg(not(usart_v2))]
-fn can_send(usart: Usart) -> bool {
-    usart.isr().read().txe()
-}
-
-#[cfg(not(usart_v2))]
-fn send(usart: Usart, byte: u8) {
-    usart.tdr().write(|w| w.set_dr(byte.into()));
-}
-
-/// Reading the data register also clears an overrun.
-#[cfg(usart_v2)]
-fn received(usart: Usart) -> Option<u8> {
-    let status = usart.sr().read();
-    (status.rxne() || status.ore()).then(|| usart.dr().read().dr() as u8)
-}
-
-#[cfg(usart_v2)]
-fn can_send(usart: Usart) -> bool {
-    usart.sr().read().txe()
-}
-
-#[cfg(usart_v2)]
-fn send(usart: Usart, byte: u8) {
-    usart.dr().write(|w| w.set_dr(byte.into()));
 }

@@ -32,7 +32,7 @@ use super::{BoardPins, Pin, Stm32Board, bridge, encoders, input, link, output, p
 /// The NUCLEO-F446RE.
 pub struct This;
 
-super::handlers!(tick: TIM7, haptic: CAN2_TX, background: CAN2_RX0, link: USART2);
+super::handlers!(tick: TIM7, haptic: CAN2_TX, background: CAN2_RX0);
 
 /// Six counts of 45 MHz / 4096 / 8: 4.37 ms. The watchdog acts when bit 6 falls.
 const SECOND_WATCHDOG_START: u8 = 0x40 + 5;
@@ -49,7 +49,6 @@ impl Stm32Board for This {
         led: Pin { port: GPIOA, number: 5 },
     };
     const LINK: Usart = USART2;
-    const LINK_INTERRUPT: Interrupt = Interrupt::USART2;
     const TICK_INTERRUPT: Interrupt = Interrupt::TIM7;
     const EXECUTOR_INTERRUPTS: [Interrupt; 2] = [Interrupt::CAN2_TX, Interrupt::CAN2_RX0];
     const WATCHDOG: Iwdg = IWDG;

@@ -5,16 +5,16 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use palpate_loop::board_trace::Row;
+use palpate_loop::board_trace::{RECORD_TICKS, Row};
 
-use super::following::{Following, Phase, RECORD_TICKS, Step};
+use super::following::{Following, Phase, Step};
 use super::patches::Given;
 use super::tail::Tail;
 use super::twin::{Answer, Twin};
 use super::words::length;
 use crate::message::{Body, Frame};
 
-/// Time between two reads of the file, shorter than the interval between two records.
+/// Time between two reads of the file.
 const LOOK: Duration = Duration::from_millis(10);
 
 /// A message to the screen.

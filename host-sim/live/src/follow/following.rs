@@ -1,15 +1,13 @@
 //! State of the followed file: rows in order, gaps between them, and the age of the last row.
 
-use palpate_loop::board_trace::Row;
+use palpate_loop::board_trace::{RECORD_TICKS, Row};
 
 use super::tail::Found;
 use crate::message::SILENCE_S;
 
-/// Ticks between two records of a board.
-pub const RECORD_TICKS: u32 = 20;
 /// Largest number of rows that are shown from one read: those of the last second. More arrive at
 /// once if the file is older than the window, or if the window was busy.
-const MOST_ROWS: usize = 50;
+const MOST_ROWS: usize = 1_000 / RECORD_TICKS as usize;
 /// A tick at least this far ahead of the last one comes from a board that has restarted.
 const FAR_TICKS: u32 = 1 << 31;
 

@@ -1,0 +1,32 @@
+//! The link of a board whose UART has an interrupt move the bytes.
+
+use palpate_controller::link::ByteQueue;
+
+use super::queues::{OUT, Shared};
+
+/// Bytes from the host.
+static IN: Shared<ByteQueue> = Shared::new(ByteQueue::EMPTY);
+
+/// Reads the bytes received so far, without blocking.
+pub fn read(bytes: &mut [u8]) -> usize {
+    IN.with(|queue| queue.read(bytes))
+}
+
+/// Keeps a byte that was received.
+pub fn keep(byte: u8) {
+    IN.with(|queue| queue.push(byte));
+}
+
+/// Moves bytes for the host to the UART, as long as it accepts them, and returns whether some may
+/// still wait. Interrupts are off meanwhile, for as many bytes as the UART's own queue holds.
+pub fn send(accepts: impl Fn() -> bool, send: impl Fn(u8)) -> bool {
+    OUT.with(|queue| {
+        loop {
+            if !accepts() {
+                return true;
+            }
+            let Some(byte) = queue.pop() else { return false };
+            send(byte);
+        }
+    })
+}
