@@ -24,9 +24,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for file in ["build.rs", "build/memory.rs", "build/patch.rs"] {
         println!("cargo:rerun-if-changed={file}");
     }
-    for cfg in ["break_source", "usart_fifo"] {
-        println!("cargo:rustc-check-cfg=cfg({cfg})");
-    }
+    println!("cargo:rustc-check-cfg=cfg(break_source)");
     let out = PathBuf::from(env::var("OUT_DIR")?);
     take_patch(&out)?;
     tell_day(&out)?;

@@ -55,13 +55,9 @@ pub fn of_chip() -> Option<Memories> {
         }
         Region { origin, bytes: end - origin }
     };
-    for peripheral in METADATA.peripherals {
-        let version = peripheral.registers.as_ref().map(|registers| registers.version);
-        match (peripheral.name, version) {
-            ("TIM1", Some(version)) if version != "v1" => println!("cargo:rustc-cfg=break_source"),
-            ("USART2", Some("v4")) => println!("cargo:rustc-cfg=usart_fifo"),
-            _ => {}
-        }
+    let timer = METADATA.peripherals.iter().find(|peripheral| peripheral.name == "TIM1")?;
+    if timer.registers.as_ref()?.version != "v1" {
+        println!("cargo:rustc-cfg=break_source");
     }
     let fast_code = named("ITCM").or(named("CCMRAM_ICODE"));
     let ram = from(0x2000_0000, false);
@@ -123,9 +119,11 @@ impl Memories {
         };
         let none = |name: &str| format!("__{name}_start = 0; __{name}_end = 0; __{name}_load = 0;\n");
         let all = "*(.text._ZN7palpate4tick* .text._ZN7palpate6stages* .text._ZN7palpate6haptic* .text.palpate*)";
-        // what every tick of tissue without memory runs
+        // what every tick of tissue without memory runs, and sending its record
         let most = "*(.text._ZN7palpate4tick* .text._ZN7palpate6stages5force7armv7em* .text._ZN7palpate6stages5force3rim* \
-                    .text._ZN7palpate6stages5force10foundation5press* .text._ZN7palpate6stages9integrate* .text._ZN7palpate6stages8presence*)";
+                    .text._ZN7palpate6stages5force10foundation5press* .text._ZN7palpate6stages9integrate* .text._ZN7palpate6stages8presence* \
+                    .text._ZN89_$LT$palpate..haptic..account* .text._ZN7palpate6haptic7account* \
+                    .text._ZN18palpate_controller5serve4line7encoded* .text._ZN18palpate_controller4link*)";
         let patch = "*(.rodata._ZN16palpate_firmware11flash_patch*)";
         let fast = self.fast_code.map_or(none("fast_code"), |region| match region.bytes {
             0 => section("fast_code", all, "> RAM AT > FLASH"),

@@ -8,11 +8,8 @@ CR1, DIER, SR, EGR, CCER, CNT, ARR, CCR1, BDTR = 0x00, 0x0C, 0x10, 0x14, 0x20, 0
 MODER, IDR, ODR, BSRR = 0x00, 0x10, 0x14, 0x18  # of the ports
 RXNE, TC, TXE, TEACK, REACK = 1 << 5, 1 << 6, 1 << 7, 1 << 21, 1 << 22
 RXNEIE, TXFEIE = 1 << 5, 1 << 30
-CR3, DMAR, DMAT = 0x14, 1 << 6, 1 << 7  # of the USART with a DMA
-HISR, HIFCR = 0x04, 0x0C  # of the DMA
-STREAMS = [0x10 + 0x18 * stream for stream in (5, 6)]  # that receive and send
-NDTR, M0AR = 0x04, 0x0C  # of a stream
-SEND_FLAGS, SENT_FLAG = 0x3D << 16, 1 << 21
+DMAR, DMAT = 1 << 6, 1 << 7  # of the USART, for a DMA
+NDTR, M0AR = 0x04, 0x0C  # of a DMA's stream or channel
 MOE = 1 << 15
 STOP = 0  # among the inputs that are high
 LSI_HZ = 32_000
@@ -89,6 +86,8 @@ CHIPS = {
         "reset_cause": (0x74, 1 << 29, 1 << 27),
         "usart": (0x00, 0x04, 0x04),
         "irq": {"TIM7": 55},
+        # streams 5 and 6 with their settings, the second one's flags with "complete", their register and the one that clears them
+        "dma": ([0x88, 0xA0], [4 << 25, 4 << 25 | 1 << 6], (0x3D << 16, 1 << 21, 0x04, 0x0C)),
         "clock_hz": 180_000_000,
         "flash": ([(0, 0x4002_3C00)], 0x04, 0x10, (31, 0, 1, 16), (3, 4), [0x4000] * 4 + [0x1_0000] + [0x2_0000] * 3),
         "window_hz": 45_000_000 / 4096,
@@ -104,6 +103,8 @@ CHIPS = {
             "PWR": 0x4000_7000,
             "TIM1": 0x4001_2C00,
             "RCC": 0x4002_1000,
+            "DMA1": 0x4002_0000,
+            "DMAMUX": 0x4002_0800,
             "GPIOA": 0x4800_0000,
             "GPIOB": 0x4800_0400,
             "GPIOC": 0x4800_0800,
@@ -116,7 +117,10 @@ CHIPS = {
         "power": {},
         "reset_cause": (0x94, 1 << 29, 1 << 27),
         "usart": (0x1C, 0x24, 0x28),
-        "irq": {"TIM7": 55, "USART": 38},
+        "irq": {"TIM7": 55},
+        # channels 1 and 2, whose requests the multiplexer selects
+        "dma": ([0x08, 0x1C], [0, 1 << 4], (0, 0, 0x00, 0x04)),
+        "requests": [26, 27],
         "clock_hz": 170_000_000,
         # the highest bit of the number selects the bank
         "flash": ([(0, 0x4002_2000)], 0x08, 0x14, (31, 0, 1, 16), (3, 9), [0x800] * 0x100),
@@ -142,7 +146,7 @@ class Stm32(Chip):
         register, watchdog, power = self.row["reset_cause"]
         self.too_early = False
         banks, _, cr, (lock, *_), *_ = self.row["flash"]
-        self.keys, self.before = [], None
+        self.keys, self.before, self.moves = [], None, [0, 0]
         locked = {registers + cr: 1 << lock for _, registers in banks}
         return {self.base["RCC"] + register: watchdog if by_watchdog else power} | locked | self.values
 
@@ -200,18 +204,8 @@ class Stm32(Chip):
         if address == self.base["USART"] + self.row["usart"][2]:
             self.send_byte(value & 0xFF)
             return False
-        dma = address - self.base.get("DMA1", 1 << 32)
-        if dma == HIFCR:
-            self.registers[address - HIFCR + HISR] = self.at(address - HIFCR + HISR) & ~value
-            return False
-        if dma in STREAMS and value & 1:
-            assert not self.at(address) & 1, "the stream runs already"
-            assert value >> 25 == 4 and value >> 6 & 3 == STREAMS.index(dma), "USART2 is on channel 4"
-            if dma == STREAMS[0]:
-                self.ring_bytes = self.at(address + NDTR)
-            else:
-                assert not self.of("DMA1", HISR) & SEND_FLAGS, "a flag keeps the stream from starting"
-                self.whole = self.at(address + NDTR)
+        if "dma" in self.row and self.base["DMA1"] <= address < self.base["DMA1"] + 0x100:
+            return self._dma(address, address - self.base["DMA1"], value)
         if address == self.base["IWDG"]:
             if value == 0xCCCC:
                 self.fed["IWDG"] = self.periods
@@ -294,21 +288,44 @@ class Stm32(Chip):
         empty = self.send_room == self.FIFO_BYTES
         return {self.row["irq"]["USART"]} if asked & RXNEIE and self.fifo or asked & TXFEIE and empty else set()
 
+    def _dma(self, address, offset, value):
+        """A write to a register of the DMA."""
+        places, settings, (flags, _, status, clear) = self.row["dma"]
+        if offset == clear:
+            self.registers[self.base["DMA1"] + status] = self.of("DMA1", status) & ~value
+            return False
+        if offset in places and value & 1:
+            place = places.index(offset)
+            assert not self.at(address) & 1, "it runs already"
+            increment = 1 << (10 if flags else 7)
+            circular = increment >> 2 if place == 0 else 0
+            assert value == settings[place] | increment | circular | 1, f"{value:#x}"
+            requests = self.row.get("requests")
+            assert not requests or self.of("DMAMUX", 4 * place) == requests[place], "requests of USART2"
+            assert place == 0 or not self.of("DMA1", status) & flags, "a flag keeps the stream from starting"
+            self.moves[place] = self.at(address + NDTR)
+        return True
+
     def move_bytes(self):
-        if "DMA1" not in self.base:
+        if "dma" not in self.row:
             return
-        receives, sends = [self.base["DMA1"] + stream for stream in STREAMS]
-        while self.fifo and self.of("USART", CR3) & DMAR and self.at(receives) & 1:
+        places, _, (_, complete, status, _) = self.row["dma"]
+        receives, sends = [self.base["DMA1"] + place for place in places]
+        while self.fifo and self.of("USART", self.cr3()) & DMAR and self.at(receives) & 1:
             left = self.at(receives + NDTR)
-            self.uc.mem_write(self.at(receives + M0AR) + self.ring_bytes - left, bytes([self.take_byte()]))
-            self.registers[receives + NDTR] = left - 1 or self.ring_bytes
-        if self.of("USART", CR3) & DMAT and self.at(sends) & 1:
-            left, sent = self.at(sends + NDTR), self.whole - self.at(sends + NDTR)
-            left -= self.send_from(self.at(sends + M0AR) + sent, left)
+            self.uc.mem_write(self.at(receives + M0AR) + self.moves[0] - left, bytes([self.take_byte()]))
+            self.registers[receives + NDTR] = left - 1 or self.moves[0]
+        if self.of("USART", self.cr3()) & DMAT and self.at(sends) & 1 and self.at(sends + NDTR):
+            left = self.at(sends + NDTR)
+            left -= self.send_from(self.at(sends + M0AR) + self.moves[1] - left, left)
             self.registers[sends + NDTR] = left
-            if not left:
+            if not left and complete:
                 self.registers[sends] &= ~1
-                self.registers[self.base["DMA1"] + HISR] = self.of("DMA1", HISR) | SENT_FLAG
+                self.registers[self.base["DMA1"] + status] = self.of("DMA1", status) | complete
+
+    def cr3(self):
+        """The USART's third control register."""
+        return 0x08 if self.row["usart"][0] else 0x14
 
     def stop_ticks(self):
         self.registers[self.base["TIM7"] + CR1] = 0

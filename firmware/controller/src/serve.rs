@@ -65,10 +65,7 @@ fn replied(
     controller: &mut Controller,
     upload: Option<&mut Upload>,
 ) -> Option<Reply> {
-    match receiver.push::<ToBoard<'_>>(byte) {
-        Some(Ok(message)) => Some(inbox.take(&message, controller, upload)),
-        Some(Err(_)) | None => None,
-    }
+    receiver.push_then(byte, |message: ToBoard<'_>| inbox.take(&message, controller, upload))?.ok()
 }
 
 /// Serves a host. In timed mode the function never returns; in lock-step it returns, with the

@@ -21,12 +21,12 @@ pub fn keep(byte: u8) {
 /// still wait. Interrupts are off meanwhile, for as many bytes as the UART's own queue holds.
 pub fn send(accepts: impl Fn() -> bool, send: impl Fn(u8)) -> bool {
     OUT.with(|queue| {
-        loop {
-            if !accepts() {
-                return true;
-            }
-            let Some(byte) = queue.pop() else { return false };
-            send(byte);
+        let mut count = 0;
+        for byte in queue.first_piece().iter().take_while(|_| accepts()) {
+            send(*byte);
+            count += 1;
         }
+        queue.remove(count);
+        !queue.first_piece().is_empty()
     })
 }

@@ -79,7 +79,7 @@ mod stack;
 pub use resets::{count_millisecond, last_crash};
 pub use stack::{STACK_BYTES, stack_used_bytes};
 
-#[cfg(any(feature = "mps2", feature = "pico2", usart_fifo))]
+#[cfg(any(feature = "mps2", feature = "pico2", feature = "nucleo-h743zi"))]
 mod by_interrupt;
 mod queues;
 

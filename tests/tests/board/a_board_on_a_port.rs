@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 use palpate::haptic::cycle::ArmingSettings;
 use palpate::haptic::mode::Mode;
 use palpate_board::EmulatedBoard;
+use palpate_loop::board_trace::RECORD_TICKS;
 use palpate_tests::board_on_a_port::{BoardOnAPort, Pace};
 use palpate_tests::emulator::build_firmware;
 use palpate_tests::palpate_command::{Desk, Outcome, binary, palpate, repository};
@@ -162,7 +163,7 @@ fn a_press_is_streamed_and_a_held_port_is_refused() {
     let csv = std::fs::read_to_string(desk.folder().join("press.csv")).unwrap();
     let force_n = column(&csv, "applied_z_n").into_iter().fold(0.0, f64::max);
     assert!((force_n - f64::from(on.truth().largest_n)).abs() < 0.05, "{force_n} of {}", on.truth().largest_n);
-    assert!(column(&csv, "tick").windows(2).all(|pair| pair[1] - pair[0] == 2.0), "a row every second tick");
+    assert!(column(&csv, "tick").windows(2).all(|pair| pair[1] - pair[0] == f64::from(RECORD_TICKS)), "a row for each record");
     assert_eq!(growing(), csv, "the file that grew has the same rows");
     assert_eq!(column(&csv, "youngs_modulus_pa").first(), Some(&3500.0));
     assert_eq!(desk.listing(), ["growing.csv", "press.csv"]);
@@ -189,7 +190,7 @@ fn a_disk_that_stalls_ends_no_force() {
     assert_eq!(outcome.code, Some(0), "{outcome:?}");
     let ticks = column(&csv, "tick");
     assert!(ticks.len() > 450 && csv.len() > 1 << 16, "{} rows of {} bytes: it was never full", ticks.len(), csv.len());
-    assert!(ticks.windows(2).all(|pair| pair[1] - pair[0] == 20.0), "and no row is missing");
+    assert!(ticks.windows(2).all(|pair| pair[1] - pair[0] == f64::from(RECORD_TICKS)), "and no row is missing");
 }
 
 #[test]
@@ -307,8 +308,13 @@ fn held_for(ticks: u64) {
     let arming = Arming::start(&desk, on.port(), &["--out", "long.csv"]);
     on.wait_for_force();
     let (begun, at) = (Instant::now(), on.truth().records);
-    while on.truth().records < at + ticks / 20 {
-        assert!(on.truth().record.enabled, "{:?} after {} ticks", on.truth(), (on.truth().records - at) * 20);
+    while on.truth().records < at + ticks / u64::from(RECORD_TICKS) {
+        assert!(
+            on.truth().record.enabled,
+            "{:?} after {} ticks",
+            on.truth(),
+            (on.truth().records - at) * u64::from(RECORD_TICKS)
+        );
         std::thread::sleep(Duration::from_millis(50));
     }
     arming.signal("-TERM");
@@ -319,7 +325,7 @@ fn held_for(ticks: u64) {
     let (ticks_of, mode) = (column(&csv, "tick"), column(&csv, "mode"));
     assert!(ticks_of.last().unwrap() - ticks_of[0] >= ticks as f64);
     let felt = mode.iter().filter(|mode| **mode == f64::from(Mode::Active as u8)).count() as u64;
-    assert!(felt >= ticks / 20 - 1, "{felt} records under force");
+    assert!(felt >= ticks / u64::from(RECORD_TICKS) - 1, "{felt} records under force");
     assert_eq!((on.truth().mode(), on.truth().force_n()), (Some(Mode::Idle), 0.0));
 }
 

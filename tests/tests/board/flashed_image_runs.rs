@@ -52,6 +52,8 @@ const TRACED: usize = 40;
 const INTERRUPT_CYCLES: f64 = 24.0;
 /// Largest share of a period that a board with a slow flash may need [%].
 const PERIOD_PERCENT: f64 = 75.0;
+/// Largest change of a held force's mean by the times at which its ticks write it [%].
+const JITTER_PERCENT: f64 = 0.1;
 /// Longest time that a force may act after the last completed tick [ms].
 const OFF_MS: u32 = 5;
 
@@ -210,6 +212,26 @@ fn keeps_its_period(journal: &Journal, flash: &Flash, clock_hz: f64) {
     assert!(share(all) <= PERIOD_PERCENT, "{:.1} % of the period", share(all));
 }
 
+/// Checks that the pulses give the force that was written, whenever in its tick each of them was
+/// written. Without a restart of the timer, the one pulse during which a force is written lies
+/// between the old force and the new one, and all others have the written length.
+fn pulses_keep_the_mean(journal: &Journal, periods: &[Period], clock_hz: f64) {
+    let pulses_per_tick = clock_hz / 1e3 / f64::from(journal.period_steps);
+    let percent = |held: bool| {
+        let (mut changes, mut sum) = (0.0, 0.0);
+        for (rows, counts) in journal.rows.windows(2).zip(periods.windows(2)) {
+            if !held || counts[0].counts == counts[1].counts {
+                let [old, new] = [0, 1].map(|n| rows[n].steps[2] as f64);
+                (changes, sum) = (changes + (new - old).abs(), sum + new);
+            }
+        }
+        100.0 * changes / (pulses_per_tick * sum)
+    };
+    let [all, held] = [false, true].map(percent);
+    println!("jitter of the writes changes the mean force by at most {held:.3} % in the hold, {all:.3} % with the tap before it");
+    assert!(journal.rows.iter().all(|row| row.restarts == 0) && held <= JITTER_PERCENT, "{held} %");
+}
+
 /// Boots, arms and presses.
 fn presses_like_the_desktop(board: Flashed) {
     let periods = axes(if long() { LEAD_TICKS + 2_000 } else { PRESSED_TICKS });
@@ -232,8 +254,14 @@ fn presses_like_the_desktop(board: Flashed) {
     assert!(armed as u32 > ARM_AT, "armed in tick {armed}, before the host asked");
     println!("{board:?}: {} ticks, armed in tick {armed}, {:.4} N at most", records.len(), felt(&records));
     match board {
-        Flashed::F446 => keeps_its_period(&journal, &Flash::F446, 180e6),
-        Flashed::G474 => keeps_its_period(&journal, &Flash::G474, 170e6),
+        Flashed::F446 => {
+            keeps_its_period(&journal, &Flash::F446, 180e6);
+            pulses_keep_the_mean(&journal, &periods, 180e6);
+        }
+        Flashed::G474 => {
+            keeps_its_period(&journal, &Flash::G474, 170e6);
+            pulses_keep_the_mean(&journal, &periods, 170e6);
+        }
         Flashed::H743 | Flashed::Pico2 => {} // their tick runs from memory that needs no waits
     }
 }

@@ -10,6 +10,7 @@ use std::time::Duration;
 
 use palpate_controller::link::frame::FRAME_BYTES;
 use palpate_controller::link::{FromBoard, Receiver, ToBoard, encode};
+use palpate_controller::serve::RECORD_TICKS;
 use palpate_tests::emulator::build_firmware;
 
 /// Time limit for a message. A message takes milliseconds; a board that has stopped sending must
@@ -37,7 +38,7 @@ fn reports_come_back_and_a_damaged_frame_is_counted() {
     let elf = build_firmware(Path::new(env!("CARGO_TARGET_TMPDIR")).parent().unwrap(), &[]).unwrap();
     let records = talk(&elf);
     println!("ticks of the records: {records:?}");
-    assert!(records.windows(2).all(|pair| pair[1] > pair[0] && pair[1] % 20 == 0), "{records:?}");
+    assert!(records.windows(2).all(|pair| pair[1] > pair[0] && pair[1] % RECORD_TICKS == 0), "{records:?}");
 }
 
 /// Exchanges messages with a board that has just started and returns the ticks of its records. The

@@ -71,23 +71,32 @@ pub fn encode<'out>(sequence: u16, message: &impl Serialize, out: &'out mut [u8;
     out.get(..=length).ok_or(FrameError::TooLong)
 }
 
-/// Decodes a frame without its closing zero, in place; returns sequence number and message.
+/// Opens a frame without its closing zero, in place; returns sequence number and encoded message.
 ///
 /// # Errors
-/// Every [`FrameError`] except [`FrameError::Old`].
-pub fn decode<'b, Message: Deserialize<'b>>(frame: &'b mut [u8]) -> Result<(u16, Message), FrameError> {
+/// [`FrameError::TooLong`], [`FrameError::Stuffing`] and [`FrameError::Checksum`].
+pub fn open(frame: &mut [u8]) -> Result<(u16, &[u8]), FrameError> {
     if frame.len() >= FRAME_BYTES {
         return Err(FrameError::TooLong);
     }
     let length = stuffing::unstuff(frame).ok_or(FrameError::Stuffing)?;
-    let plain: &'b [u8] = frame.get(..length).ok_or(FrameError::Stuffing)?;
+    let plain = frame.get(..length).ok_or(FrameError::Stuffing)?;
     let (checked, crc) = plain.split_last_chunk::<TAIL>().ok_or(FrameError::Checksum)?;
     if CRC.checksum(checked) != u32::from_le_bytes(*crc) {
         return Err(FrameError::Checksum);
     }
     let (sequence, body) = checked.split_first_chunk::<HEAD>().ok_or(FrameError::Checksum)?;
+    Ok((u16::from_le_bytes(*sequence), body))
+}
+
+/// Decodes a frame without its closing zero, in place; returns sequence number and message.
+///
+/// # Errors
+/// Every [`FrameError`] except [`FrameError::Old`].
+pub fn decode<'b, Message: Deserialize<'b>>(frame: &'b mut [u8]) -> Result<(u16, Message), FrameError> {
+    let (sequence, body) = open(frame)?;
     match postcard::take_from_bytes(body) {
-        Ok((message, [])) => Ok((u16::from_le_bytes(*sequence), message)),
+        Ok((message, [])) => Ok((sequence, message)),
         _ => Err(FrameError::Message),
     }
 }

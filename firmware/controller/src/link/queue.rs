@@ -118,9 +118,15 @@ mod tests {
             let count = queue.read(&mut bytes);
             came.extend(&bytes[..count]);
         }
-        while let Some(byte) = queue.pop() {
-            came.push(byte);
+        while !queue.first_piece().is_empty() {
+            // a piece that is not removed stays
+            let piece = queue.first_piece().to_vec();
+            assert_eq!(queue.first_piece(), piece);
+            queue.remove(piece.len());
+            came.extend(piece);
         }
+        queue.remove(1);
+        assert_eq!((queue.pop(), queue.room()), (None, QUEUE_BYTES));
         assert!(sent.len() > 3 * QUEUE_BYTES && sent.len() < 40 * (FRAME_BYTES - 40), "some were dropped");
         assert_eq!(came, sent);
     }

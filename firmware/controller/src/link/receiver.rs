@@ -37,6 +37,19 @@ impl Receiver {
     /// Returns the reason for which the frame that just ended was dropped; the frame is counted as
     /// bad.
     pub fn push<'r, Message: Deserialize<'r>>(&'r mut self, byte: u8) -> Option<Result<Message, FrameError>> {
+        self.push_then(byte, |message| message)
+    }
+
+    /// As [`Self::push`], but lets `then` take the message where it was decoded: a message of a
+    /// profile's size is copied by every value that contains it.
+    ///
+    /// # Errors
+    /// As [`Self::push`].
+    pub fn push_then<'r, Message: Deserialize<'r>, T>(
+        &'r mut self,
+        byte: u8,
+        then: impl FnOnce(Message) -> T,
+    ) -> Option<Result<T, FrameError>> {
         if byte != 0 {
             if let Some(free) = self.frame.get_mut(self.length) {
                 *free = byte;
@@ -48,22 +61,28 @@ impl Receiver {
         if length == 0 {
             return None; // zeros between frames mean an idle line
         }
-        let answer = match self.frame.get_mut(..length) {
-            Some(frame) => frame::decode(frame),
+        let opened = match self.frame.get_mut(..length) {
+            Some(frame) => frame::open(frame),
             None => Err(FrameError::TooLong),
         };
-        let answer = answer.and_then(|(sequence, message)| {
-            let step = self.sequence.map_or(1, |last| sequence.wrapping_sub(last).cast_signed());
-            if step <= 0 {
-                return Err(FrameError::Old);
+        let error = match opened {
+            Ok((sequence, body)) => {
+                let step = self.sequence.map_or(1, |last| sequence.wrapping_sub(last).cast_signed());
+                match postcard::take_from_bytes(body) {
+                    Ok((message, [])) if step > 0 => {
+                        self.counts.lost = self.counts.lost.saturating_add(u32::from(step.unsigned_abs() - 1));
+                        self.counts.good = self.counts.good.saturating_add(1);
+                        self.sequence = Some(sequence);
+                        return Some(Ok(then(message)));
+                    }
+                    Ok((_, [])) => FrameError::Old,
+                    _ => FrameError::Message,
+                }
             }
-            self.counts.lost = self.counts.lost.saturating_add(u32::from(step.unsigned_abs() - 1));
-            self.sequence = Some(sequence);
-            Ok(message)
-        });
-        let count = if answer.is_ok() { &mut self.counts.good } else { &mut self.counts.bad };
-        *count = count.saturating_add(1);
-        Some(answer)
+            Err(error) => error,
+        };
+        self.counts.bad = self.counts.bad.saturating_add(1);
+        Some(Err(error))
     }
 
     /// Accepts any sequence number in the next frame. Call this after a long silence, since a new

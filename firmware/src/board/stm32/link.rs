@@ -1,5 +1,6 @@
 //! The link to the host, a USART with queues of its own: an interrupt above the haptic loop moves
-//! bytes between them and two longer queues, so nothing is lost while a patch is opened.
+//! bytes between them and two longer queues, so nothing is lost while a patch is opened. A DMA
+//! would not see what the core's cache holds.
 
 use embassy_stm32::interrupt::{InterruptExt, Priority};
 use embassy_stm32::usart::{Instance, RxPin, TxPin, Uart};

@@ -23,7 +23,7 @@ use super::{BoardPins, Pin, Stm32Board, bridge, encoders, input, link, output, p
 /// The NUCLEO-G474RE.
 pub struct This;
 
-super::handlers!(tick: TIM7_DAC, haptic: FDCAN2_IT0, background: FDCAN2_IT1, link: USART2);
+super::handlers!(tick: TIM7_DAC, haptic: FDCAN2_IT0, background: FDCAN2_IT1);
 
 impl Stm32Board for This {
     const NAME: &'static str = concat!("nucleo-g474re ", env!("CARGO_PKG_VERSION"));
@@ -37,7 +37,6 @@ impl Stm32Board for This {
         led: Pin { port: GPIOA, number: 5 },
     };
     const LINK: Usart = USART2;
-    const LINK_INTERRUPT: Interrupt = Interrupt::USART2;
     const TICK_INTERRUPT: Interrupt = Interrupt::TIM7_DAC;
     const EXECUTOR_INTERRUPTS: [Interrupt; 2] = [Interrupt::FDCAN2_IT0, Interrupt::FDCAN2_IT1];
     const WATCHDOG: Iwdg = IWDG;
