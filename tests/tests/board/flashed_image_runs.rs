@@ -52,6 +52,8 @@ const TRACED: usize = 40;
 const INTERRUPT_CYCLES: f64 = 24.0;
 /// Largest share of a period that a board with a slow flash may need [%].
 const PERIOD_PERCENT: f64 = 75.0;
+/// Most instructions of a whole period of the Pico 2, in which a heartbeat comes and a record goes.
+const PICO_2_INSTRUCTIONS: usize = 64_500;
 /// Largest change of a held force's mean by the times at which its ticks write it [%].
 const JITTER_PERCENT: f64 = 0.1;
 /// Longest time that a force may act after the last completed tick [ms].
@@ -262,7 +264,14 @@ fn presses_like_the_desktop(board: Flashed) {
             keeps_its_period(&journal, &Flash::G474, 170e6);
             pulses_keep_the_mean(&journal, &periods, 170e6);
         }
-        Flashed::H743 | Flashed::Pico2 => {} // their tick runs from memory that needs no waits
+        // its tick runs from RAM, which the model knows no waits of
+        Flashed::Pico2 => {
+            let image = FirmwareImage::parse(&std::fs::read(&journal.image).unwrap()).unwrap();
+            let longest = journal.rows.iter().map(|row| instructions(&image, &row.trace).len()).max().unwrap();
+            println!("the longest of {TRACED} whole periods: {longest} instructions");
+            assert!((40_000..=PICO_2_INSTRUCTIONS).contains(&longest), "{longest} instructions");
+        }
+        Flashed::H743 => {} // has a third of its period to spare
     }
 }
 

@@ -54,7 +54,12 @@ impl ByteQueue {
 
     /// Queues a byte. If it does not fit it is lost, and its frame is dropped for its checksum.
     pub fn push(&mut self, byte: u8) {
-        self.write(&[byte]);
+        if self.room() > 0
+            && let Some(free) = self.bytes.get_mut(place(self.first + self.len))
+        {
+            *free = byte;
+            self.len += 1;
+        }
     }
 
     /// The oldest bytes, up to the end of the ring's memory.
@@ -87,11 +92,13 @@ fn place(at: usize) -> usize {
     at.checked_sub(QUEUE_BYTES).unwrap_or(at)
 }
 
-/// Copies bytes as far as there are some and there is room. A loop, since the library's copy
-/// contains a panic.
+/// Copies bytes as far as there are some and there is room.
 #[inline(never)]
 fn copy(to: &mut [u8], from: &[u8]) {
-    to.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
+    let count = to.len().min(from.len());
+    if let (Some(to), Some(from)) = (to.get_mut(..count), from.get(..count)) {
+        to.copy_from_slice(from);
+    }
 }
 
 #[cfg(test)]

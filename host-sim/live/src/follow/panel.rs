@@ -8,7 +8,7 @@ use crate::shown::Colour;
 
 /// Meaning of the picture.
 const MEASURED: &str =
-    "Tip, mode, fault and forces under this heading are the board's own records, 50 per second. Nothing is sent to it.";
+    "Tip, mode, fault and forces under this heading are the board's own records, 500 per second. Nothing is sent to it.";
 const COMPUTED: &str = "The shape of the tissue and the force under this heading are computed here, from the board's tips: \
      straight from one to the next, since nothing was measured between them.";
 

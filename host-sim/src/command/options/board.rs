@@ -144,7 +144,7 @@ pub struct Stream {
     /// Seconds after which to end [default: at Ctrl-C].
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub seconds: Option<f64>,
-    /// Also write the records, 50 per second, to a CSV file, which appears when the command is
+    /// Also write the records, 500 per second, to a CSV file, which appears when the command is
     /// done, but not if the port is lost.
     #[arg(long, value_name = "FILE.csv")]
     pub out: Option<PathBuf>,
