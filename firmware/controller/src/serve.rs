@@ -1,8 +1,8 @@
 //! The controller with a host on its link, in one of two modes.
 //!
 //! * **Timed**: the tick timer begins a tick, the board's own sensors give the pose, the link is
-//!   read without blocking after the force was written, and a record is sent every second tick. A host
-//!   that is silent for 20 ticks counts as lost, and the force is ramped down to zero.
+//!   read without blocking after the force was written, and a record is sent every second tick. A
+//!   host that is silent for 20 ticks counts as lost, and the force is ramped down to zero.
 //! * **Lock-step**: the host's pose begins a tick, and the record sent to the host ends it. No
 //!   timer runs, so no tick is ever late. The emulator stops while the board waits for the host, so
 //!   a run gives the same bits on a machine under any load.

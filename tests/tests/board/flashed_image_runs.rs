@@ -46,7 +46,8 @@ const ARM_AT: u32 = 40;
 const LEAD_TICKS: u32 = script::LEAD_TICKS + 50;
 /// Ticks up to the hold of the tap. The long form of the test continues through the slide.
 pub const PRESSED_TICKS: u32 = LEAD_TICKS + 100;
-/// Periods at the end of a press whose instructions are traced: with twenty records of the link and one of its log.
+/// Periods at the end of a press whose instructions are traced: they send twenty records and a
+/// piece of the log.
 const TRACED: usize = 40;
 /// Cycles to enter and leave an interrupt (Arm DDI 0439B: 12 each).
 const INTERRUPT_CYCLES: f64 = 24.0;

@@ -70,7 +70,7 @@ fn a_flood_of_lines_neither_delays_nor_replaces_a_record() {
     // 41 bytes per line, two lines per piece, twelve lines in the ring
     let lines = logs.iter().map(|(_, log)| log.frames.bytes().iter().filter(|byte| **byte == 0).count()).sum::<usize>();
     let (_, last) = logs.last().unwrap();
-    assert!(lines == 2 * logs.len() && last.lost > 200, "{lines} lines, {} lost", last.lost);
+    assert!(lines == 2 * logs.len() && last.lost > 180, "{lines} lines, {} lost", last.lost);
     assert!(logs.is_sorted_by_key(|(_, log)| log.lost));
 }
 
@@ -149,5 +149,5 @@ fn a_fault_and_late_ticks_are_logged_with_their_numbers() {
     let board = timed(60, &[ToBoard::Listen(true)], |board| board.late = 1);
     let late: Vec<&Event> = board.events.iter().filter(|event| matches!(event, Event::Late { .. })).collect();
     // every tick is late; the log reports it once per piece, not once per tick
-    assert_eq!(late, [&Event::Late { overruns: 10, missed_periods: 0 }, &Event::Late { overruns: 50, missed_periods: 0 }]);
+    assert_eq!(late, [&Event::Late { overruns: 11, missed_periods: 0 }, &Event::Late { overruns: 51, missed_periods: 0 }]);
 }
