@@ -130,7 +130,8 @@ pub fn refused(scratch: &str, desk: &Desk, arguments: &[&str], says: &[&str]) {
 
 /// Whether a line reports progress outside a terminal, such as "after 20 s: mesh 2 of 3". Errors
 /// begin with the program's name.
-fn is_progress(line: &str) -> bool {
+#[must_use]
+pub fn is_progress(line: &str) -> bool {
     let seconds = |rest: &str| {
         let after_digits = rest.trim_start_matches(|c: char| c.is_ascii_digit());
         after_digits.len() < rest.len() && after_digits.starts_with(" s")

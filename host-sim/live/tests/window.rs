@@ -8,6 +8,7 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
+use palpate_loop::board_trace::RECORD_TICKS;
 use serde_json::Value;
 
 /// Time limit for whatever is waited for, which must not hang the tests; a busy machine needs some
@@ -225,8 +226,8 @@ fn a_board_is_followed_in_a_file_that_grows_stops_and_begins_anew() {
     let head = format!("{}\n", palpate_loop::board_trace::COLUMNS.join(","));
     // the tip moves down to 3 mm within a second and stays there
     let line = move |n: u32| {
-        let z_m = 0.003 - 0.006 * (f64::from(n) / 50.0).min(1.0);
-        let tick = 20 * n;
+        let z_m = 0.003 - 0.006 * (f64::from(n) / 500.0).min(1.0);
+        let tick = RECORD_TICKS * n;
         format!("{tick},4,0,0,0,{z_m},{},0,0,0.09,0,0,0.08,1,0,0,0,9,0,0,0,230.00,{patch:08x},3500\n", (-z_m).max(0.0))
     };
     std::fs::write(&path, &head).unwrap();
@@ -234,9 +235,9 @@ fn a_board_is_followed_in_a_file_that_grows_stops_and_begins_anew() {
     let mut growing = std::fs::OpenOptions::new().append(true).open(&path).unwrap();
     let writes = std::thread::spawn(move || {
         for n in 0..250 {
-            // each row is written in two pieces, since a reader may come in between
-            let row = line(n);
-            for piece in [&row[..7], &row[7..]] {
+            // rows are written in two pieces, since a reader may come in between
+            let rows: String = (10 * n..10 * (n + 1)).map(line).collect();
+            for piece in [&rows[..7], &rows[7..]] {
                 std::io::Write::write_all(&mut growing, piece.as_bytes()).unwrap();
                 std::thread::sleep(Duration::from_millis(10));
             }
@@ -248,15 +249,16 @@ fn a_board_is_followed_in_a_file_that_grows_stops_and_begins_anew() {
     assert!((number(&pressed, "twin_n") - 0.09).abs() < 0.02 && number(&pressed, "moved_m") > 1e-3, "{pressed}");
     writes.join().unwrap();
     let silent = window.until("silence", |s| s["phase"] == "Silent");
-    assert!(silent["force_n"].is_null() && number(&silent, "arrow_n") == 0.0 && silent["records"] == 250, "{silent}");
+    assert!(silent["force_n"].is_null() && number(&silent, "arrow_n") == 0.0 && silent["records"] == 2500, "{silent}");
     // the file is begun anew by a board with a fault, which continues to write records during the
     // wait
-    let faulty = |n: usize| format!("{},7,8,0,0,0.01,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,,{patch:08x},3500\n", 20 * n);
+    let faulty =
+        |n: usize| format!("{},7,8,0,0,0.01,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,,{patch:08x},3500\n", RECORD_TICKS as usize * n);
     let rows = std::cell::Cell::new(0);
     let anew = window.until("a new file", |s| {
         rows.set(rows.get() + 1);
         std::fs::write(&path, (0..rows.get()).fold(head.clone(), |text, n| text + &faulty(n))).unwrap();
-        s["phase"] == "Live" && s["records"].as_u64().is_some_and(|records| (1..250).contains(&records)) && !s["fault"].is_null()
+        s["phase"] == "Live" && s["records"].as_u64().is_some_and(|records| (1..2500).contains(&records)) && !s["fault"].is_null()
     });
     assert!(anew["fault"].as_str().is_some_and(|f| f.starts_with("fault 8: ")) && number(&anew, "force_n") == 0.0, "{anew}");
     std::fs::write(&path, "t_s,probe_x_m\n0,0\n").unwrap();

@@ -174,14 +174,14 @@ mod tests {
     #[test]
     fn ticks_between_rows_are_counted_and_lost_records_told() {
         let mut following = Following::default();
-        let steps = following.take(anew(&[4_294_967_280, 4, 24, 104, 3, 23], 0), 0.0);
+        let steps = following.take(anew(&[4_294_967_295, 1, 3, 11, 2, 4], 0), 0.0);
         let ticks: Vec<_> = steps.iter().map(|step| step.ticks).collect();
         // the counter wraps, three records are lost, and the board restarts
-        assert_eq!(ticks, [None, Some(20), Some(20), Some(80), None, Some(20)]);
+        assert_eq!(ticks, [None, Some(2), Some(2), Some(8), None, Some(2)]);
         assert_eq!(steps.iter().map(Step::lost).collect::<Vec<_>>(), [0, 0, 0, 3, 0, 0]);
         assert_eq!((following.records, following.lost), (6, 3));
         // a gap between two reads of the file is counted as well
-        assert_eq!(following.take(found(&[63]), 0.1)[0].ticks, Some(40));
+        assert_eq!(following.take(found(&[8]), 0.1)[0].ticks, Some(4));
         assert_eq!(following.lost, 4);
     }
 
@@ -200,7 +200,10 @@ mod tests {
         let mut following = Following::default();
         let steps = following.take(anew(&ticks, 0), 0.0);
         assert_eq!((steps.len(), following.records), (MOST_ROWS, 3000));
-        assert_eq!((steps[0].row.tick, steps[MOST_ROWS - 1].row.tick), (2951 * RECORD_TICKS, 3000 * RECORD_TICKS));
+        assert_eq!(
+            (steps[0].row.tick, steps[MOST_ROWS - 1].row.tick),
+            ((3001 - MOST_ROWS as u32) * RECORD_TICKS, 3000 * RECORD_TICKS)
+        );
         assert_eq!((steps[0].ticks, steps[1].ticks), (None, Some(RECORD_TICKS)), "the way to the first is unknown");
     }
 

@@ -7,7 +7,7 @@
 use palpate::haptic::cycle::Renderer;
 use palpate::haptic::mode::Mode;
 use palpate::{ClampFlags, Output, Params, Placement, ProbePose, Vector3};
-use palpate_loop::board_trace::Row;
+use palpate_loop::board_trace::{RECORD_TICKS, Row};
 use palpate_loop::live::{CLEAR_M, LiveTissue};
 
 use super::following::Step;
@@ -19,8 +19,8 @@ type V = Vector3<f32>;
 /// Number of ticks in which the patch approaches a tip if the path to it is unknown; also the
 /// largest number of ticks between two records.
 const WAY_TICKS: u32 = 200;
-/// Number of records after an unknown part of the path until the patch has forgotten it.
-const SETTLING: u32 = 10;
+/// Number of records after an unknown part of the path until the patch has forgotten it, 0.2 s.
+const SETTLING: u32 = 200 / RECORD_TICKS;
 
 /// Reason why the two forces are not compared.
 #[derive(Clone, Copy, Debug, PartialEq)]

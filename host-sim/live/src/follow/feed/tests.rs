@@ -56,18 +56,18 @@ fn the_first_record_brings_the_boards_own_patch_and_each_its_own_force() {
     let mut followed = Followed::begin();
     let (names, state) = followed.look(0.0);
     assert_eq!((names.len(), state.phase, state.row), (0, Phase::Begun, None));
-    for n in 0..60_u16 {
-        let z_m = 0.003 - 1e-4 * f32::from(n);
-        followed.add(&line(u32::from(n) * 20, Mode::Active, z_m, 0.04, own));
-        let (names, state) = followed.look(f64::from(n) * 0.02);
+    for n in 0..200_u16 {
+        let z_m = 0.003 - 3e-5 * f32::from(n);
+        followed.add(&line(u32::from(n) * RECORD_TICKS, Mode::Active, z_m, 0.04, own));
+        let (names, state) = followed.look(f64::from(n) * 0.002);
         assert_eq!(names.len(), usize::from(n == 0), "{names:?}");
         let frame = state.frame.unwrap();
         // the force that acts comes from the file, not from the patch
         assert_eq!((frame.force_n, state.row.unwrap().applied_n[2]), ([0.0, 0.0, 0.04], 0.04));
         assert_eq!(state.dots.len(), 1);
     }
-    let (_, state) = followed.look(1.2);
-    assert_eq!((state.phase, state.frame.is_none(), state.dots.len(), state.records), (Phase::Live, true, 0, [60, 0]));
+    let (_, state) = followed.look(0.5);
+    assert_eq!((state.phase, state.frame.is_none(), state.dots.len(), state.records), (Phase::Live, true, 0, [200, 0]));
     let answer = state.answer.unwrap();
     let twin_n = length(answer.force_n.unwrap());
     assert!(twin_n > 0.03 && (answer.differs_n.unwrap() - (twin_n - 0.1).abs()).abs() < 5e-3, "{answer:?}");
@@ -78,13 +78,13 @@ fn the_first_record_brings_the_boards_own_patch_and_each_its_own_force() {
 fn another_board_brings_another_patch_and_its_dots_are_its_own() {
     let own = PatchFile::checksum(PATCH).unwrap();
     let mut followed = Followed::begin();
-    followed.add(&(line(20, Mode::Active, 0.002, 0.0, own) + &line(60, Mode::Idle, 0.002, 0.0, own)));
+    followed.add(&(line(RECORD_TICKS, Mode::Active, 0.002, 0.0, own) + &line(3 * RECORD_TICKS, Mode::Idle, 0.002, 0.0, own)));
     let (names, state) = followed.look(0.0);
     assert_eq!((names, state.records), (vec!["block-m4f-168".to_owned()], [2, 1]));
     let times: Vec<f64> = state.dots.iter().map(|dot| dot.t_s).collect();
-    assert!((times[1] - times[0] - 0.04).abs() < 1e-9, "by the board's ticks: {times:?}");
+    assert!((times[1] - times[0] - 2e-3 * f64::from(RECORD_TICKS)).abs() < 1e-9, "by the board's ticks: {times:?}");
     assert!(state.dots[0].twin_n.is_some() && state.dots[1].twin_n.is_none(), "an idle board has no patch that runs");
-    followed.add(&line(80, Mode::Active, 0.002, 0.0, own + 1));
+    followed.add(&line(4 * RECORD_TICKS, Mode::Active, 0.002, 0.0, own + 1));
     let (names, state) = followed.look(0.1);
     assert_eq!(names, ["block"], "one that does not ship");
     assert_eq!(state.answer.unwrap().differs_n, Err(super::super::twin::Apart::OtherPatch));

@@ -9,6 +9,11 @@ fn chosen(name: &str) -> Chosen {
     Given::of(None, Some(path.as_ref())).unwrap().chosen(0).unwrap()
 }
 
+/// Number of the record that a board sends in a tick.
+fn at(tick: u32) -> usize {
+    (tick / RECORD_TICKS) as usize
+}
+
 /// Position of the tip in a press of 3 mm that also slides, in the frame of the device [m].
 fn pressed_m(tick: u32) -> V {
     let share = (f32::from(tick as u16) / 1000.0).min(1.0);
@@ -29,7 +34,7 @@ fn records(name: &str, youngs_modulus_pa: Option<f32>) -> Vec<Step> {
         let tip_m = pressed_m(tick);
         let output = placement.output_to_device(tissue.render(placement.pose_to_patch(ProbePose { tip_m })));
         assert_eq!(output.fault, None);
-        if tick % 20 == 0 {
+        if tick % RECORD_TICKS == 0 {
             let row = Row {
                 tick,
                 mode: Mode::Active as u8,
@@ -42,7 +47,7 @@ fn records(name: &str, youngs_modulus_pa: Option<f32>) -> Vec<Step> {
                 youngs_modulus_pa: tissue.params().youngs_modulus_pa,
                 ..Row::default()
             };
-            steps.push(Step { row, ticks: (tick > 0).then_some(20) });
+            steps.push(Step { row, ticks: (tick > 0).then_some(RECORD_TICKS) });
         }
     }
     steps
@@ -77,7 +82,7 @@ fn it_has_the_modulus_of_the_board() {
     let stiff = records(BOARDS[0], Some(1.5 * own_pa));
     let (most_n, apart_n, _) = compared(&mut Twin::of(chosen(BOARDS[0])), &stiff);
     assert!(apart_n < 0.02 * most_n, "{apart_n} of {most_n} N");
-    let row = Row { youngs_modulus_pa: -1.0, ..stiff[40].row };
+    let row = Row { youngs_modulus_pa: -1.0, ..stiff[at(800)].row };
     let answer = Twin::of(chosen(BOARDS[0])).go(&Step { row, ticks: None });
     assert_eq!(answer.differs_n, Err(Apart::Modulus(-1.0)));
 }
@@ -86,35 +91,37 @@ fn it_has_the_modulus_of_the_board() {
 fn it_catches_up_with_a_press_that_had_begun() {
     let steps = records(BOARDS[0], None);
     let mut twin = Twin::of(chosen(BOARDS[0]));
-    let mut late: Vec<Step> = steps[30..].to_vec();
+    let mut late: Vec<Step> = steps[at(600)..].to_vec();
     late[0].ticks = None;
     for step in &late[..SETTLING as usize] {
         assert_eq!(twin.go(step).differs_n, Err(Apart::UnknownWay));
     }
     let (most_n, apart_n, count) = compared(&mut twin, &late[SETTLING as usize..]);
-    assert!(apart_n < 0.03 * most_n && count > 20, "{apart_n} of {most_n} N, {count} records");
+    assert!(apart_n < 0.03 * most_n && count > at(400), "{apart_n} of {most_n} N, {count} records");
 }
 
 #[test]
 fn lost_records_are_no_known_way() {
     let mut steps = records(BOARDS[0], None);
-    steps.drain(20..24);
-    steps[20].ticks = Some(100);
-    assert_eq!(steps[20].lost(), 4);
+    let gap = at(400);
+    steps.drain(gap..gap + 4);
+    steps[gap].ticks = Some(5 * RECORD_TICKS);
+    assert_eq!(steps[gap].lost(), 4);
     let mut twin = Twin::of(chosen(BOARDS[0]));
     let answers: Vec<Answer> = steps.iter().map(|step| twin.go(step)).collect();
-    assert!(answers[19].differs_n.is_ok());
-    assert!(answers[20..20 + SETTLING as usize].iter().all(|answer| answer.differs_n == Err(Apart::UnknownWay)));
-    assert!(answers[20].force_n.is_some() && answers[20 + SETTLING as usize].differs_n.is_ok(), "and then it is known again");
+    let known = gap + SETTLING as usize;
+    assert!(answers[gap - 1].differs_n.is_ok());
+    assert!(answers[gap..known].iter().all(|answer| answer.differs_n == Err(Apart::UnknownWay)));
+    assert!(answers[gap].force_n.is_some() && answers[known].differs_n.is_ok(), "and then it is known again");
 }
 
 #[test]
 fn what_cannot_be_compared_is_not() {
     let steps = records(BOARDS[0], None);
-    let pressed = steps[55];
+    let pressed = steps[at(1100)];
     let go = |row: Row| {
         let mut twin = Twin::of(chosen(BOARDS[0]));
-        for step in &steps[..55] {
+        for step in &steps[..at(1100)] {
             twin.go(step);
         }
         let answer = twin.go(&Step { row, ..pressed });
