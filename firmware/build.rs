@@ -24,7 +24,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for file in ["build.rs", "build/memory.rs", "build/patch.rs"] {
         println!("cargo:rerun-if-changed={file}");
     }
-    println!("cargo:rustc-check-cfg=cfg(break_source)");
+    println!("cargo:rustc-check-cfg=cfg(break_source, dma_streams)");
     let out = PathBuf::from(env::var("OUT_DIR")?);
     take_patch(&out)?;
     tell_day(&out)?;

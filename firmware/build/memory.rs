@@ -55,9 +55,13 @@ pub fn of_chip() -> Option<Memories> {
         }
         Region { origin, bytes: end - origin }
     };
-    let timer = METADATA.peripherals.iter().find(|peripheral| peripheral.name == "TIM1")?;
-    if timer.registers.as_ref()?.version != "v1" {
-        println!("cargo:rustc-cfg=break_source");
+    for peripheral in METADATA.peripherals {
+        let registers = peripheral.registers.as_ref().map(|registers| (registers.kind, registers.version));
+        match (peripheral.name, registers) {
+            ("TIM1", Some((_, version))) if version != "v1" => println!("cargo:rustc-cfg=break_source"),
+            ("DMA1", Some(("dma", _))) => println!("cargo:rustc-cfg=dma_streams"),
+            _ => {}
+        }
     }
     let fast_code = named("ITCM").or(named("CCMRAM_ICODE"));
     let ram = from(0x2000_0000, false);

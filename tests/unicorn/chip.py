@@ -169,6 +169,7 @@ class Chip:
         self.registers = self.reset_values(by_watchdog)
         self.enabled, self.pending, self.active = {HARD_FAULT, SYSTICK}, set(), []
         self.fed = {}
+        self.overrun = False
         self.fifo.clear()
         self.send_room = self.FIFO_BYTES
         self.resets += 1
@@ -412,6 +413,7 @@ class Chip:
     stored = traces = False
     cycles, longest_unfed, unfed = 0, 0, None
     power_fails_in = 0  # operations of the flash
+    overrun = False  # whether a received byte was lost; an STM32 then receives nothing until the program clears the flag
 
 
 def explain(chip, error: UcError):

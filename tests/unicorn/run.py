@@ -9,7 +9,7 @@ the end of the input a last line describes the whole run.
 
 A scenario may contain `events`, each of which happens before the period `at`: `loop` replaces the start of the function
 whose name contains `symbol` by an endless loop until the watchdog's reset, `hard fault` happens at that function,
-`no ticks` stops the tick timer, `stop` opens the stop circuit for one period, in which with `supply` the amplifiers'
+`no ticks` stops the tick timer, at `overrun` the UART loses a byte, `stop` opens the stop circuit for one period, in which with `supply` the amplifiers'
 supply is low, the board is going to `restart` itself and the power fails during operation number `power_fails_in` of the
 flash, or the `power` fails at once. `values` are registers that differ after a reset, `cycles_per_reading` is the speed
 of the cycle counter, and `count` asks for the instructions between two feedings of the watchdog during start-up.
@@ -104,6 +104,8 @@ def main():
                 write(chip, at, LOOP)
             elif happens == "hard fault":
                 chip.plant_hard_fault(place_of(chip, event["symbol"]), event["cfsr"], event["bfar"])
+            elif happens == "overrun":
+                chip.overrun = True
             elif happens == "no ticks":
                 chip.stop_ticks()
             elif happens == "restart":

@@ -8,6 +8,7 @@ CR1, DIER, SR, EGR, CCER, CNT, ARR, CCR1, BDTR = 0x00, 0x0C, 0x10, 0x14, 0x20, 0
 MODER, IDR, ODR, BSRR = 0x00, 0x10, 0x14, 0x18  # of the ports
 RXNE, TC, TXE, TEACK, REACK = 1 << 5, 1 << 6, 1 << 7, 1 << 21, 1 << 22
 RXNEIE, TXFEIE = 1 << 5, 1 << 30
+ORE, ICR = 1 << 3, 0x20  # of the USART
 DMAR, DMAT = 1 << 6, 1 << 7  # of the USART, for a DMA
 NDTR, M0AR = 0x04, 0x0C  # of a DMA's stream or channel
 MOE = 1 << 15
@@ -172,9 +173,11 @@ class Stm32(Chip):
             return kept | self.row["power"].get(address - self.base["PWR"], 0)
         status, received, _ = self.row["usart"]
         if address == self.base["USART"] + status:
-            return (TXE if self.send_room else 0) | TC | TEACK | REACK | (RXNE if self.fifo else 0)
-        if address == self.base["USART"] + received and self.fifo:
-            return self.take_byte()
+            came = ORE if self.overrun else RXNE if self.fifo else 0
+            return (TXE if self.send_room else 0) | TC | TEACK | REACK | came
+        if address == self.base["USART"] + received:
+            self.overrun = self.overrun and bool(status)  # the data register clears it where there is no ICR
+            return self.take_byte() if self.fifo else kept
         port = self.ports.get(address - IDR)
         if port:
             moder = self.of(port, MODER)
@@ -201,6 +204,8 @@ class Stm32(Chip):
                 return False
             if address == registers + cr:
                 return self._flash_control(first, address, value)
+        if address == self.base["USART"] + ICR and self.row["usart"][0] and value & ORE:
+            self.overrun = False
         if address == self.base["USART"] + self.row["usart"][2]:
             self.send_byte(value & 0xFF)
             return False
@@ -286,7 +291,7 @@ class Stm32(Chip):
     def uart_irqs(self):
         asked = self.of("USART", CR1) if "USART" in self.row["irq"] else 0
         empty = self.send_room == self.FIFO_BYTES
-        return {self.row["irq"]["USART"]} if asked & RXNEIE and self.fifo or asked & TXFEIE and empty else set()
+        return {self.row["irq"]["USART"]} if asked & RXNEIE and (self.fifo or self.overrun) or asked & TXFEIE and empty else set()
 
     def _dma(self, address, offset, value):
         """A write to a register of the DMA."""
@@ -311,7 +316,7 @@ class Stm32(Chip):
             return
         places, _, (_, complete, status, _) = self.row["dma"]
         receives, sends = [self.base["DMA1"] + place for place in places]
-        while self.fifo and self.of("USART", self.cr3()) & DMAR and self.at(receives) & 1:
+        while self.fifo and not self.overrun and self.of("USART", self.cr3()) & DMAR and self.at(receives) & 1:
             left = self.at(receives + NDTR)
             self.uc.mem_write(self.at(receives + M0AR) + self.moves[0] - left, bytes([self.take_byte()]))
             self.registers[receives + NDTR] = left - 1 or self.moves[0]

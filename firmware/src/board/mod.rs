@@ -79,7 +79,7 @@ mod stack;
 pub use resets::{count_millisecond, last_crash};
 pub use stack::{STACK_BYTES, stack_used_bytes};
 
-#[cfg(any(feature = "mps2", feature = "pico2", feature = "nucleo-h743zi"))]
+#[cfg(not(feature = "dma-link"))]
 mod by_interrupt;
 mod queues;
 

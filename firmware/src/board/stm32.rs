@@ -44,7 +44,7 @@ mod this;
 
 mod bridge;
 mod encoders;
-#[cfg_attr(not(feature = "nucleo-h743zi"), path = "stm32/dma_link.rs")]
+#[cfg_attr(feature = "dma-link", path = "stm32/dma_link.rs")]
 mod link;
 mod pin;
 pub mod profile_slots;
@@ -67,8 +67,8 @@ pub trait Stm32Board {
     const PINS: BoardPins;
     /// The link's registers.
     const LINK: Usart;
-    /// The link's interrupt, on a board with time for it.
-    #[cfg(feature = "nucleo-h743zi")]
+    /// The link's interrupt, on a core with time for it.
+    #[cfg(not(feature = "dma-link"))]
     const LINK_INTERRUPT: Interrupt;
     /// The tick timer's interrupt.
     const TICK_INTERRUPT: Interrupt;

@@ -25,14 +25,14 @@ use palpate_controller::port::Port;
 use palpate_controller::probe_in::{EncoderCounts, JointReading, Reading};
 use palpate_controller::script;
 use palpate_sim::port::device_file;
-use palpate_tests::block_bound::{self, Flash, constant, instructions};
 use palpate_tests::firmware_image::FirmwareImage;
 use palpate_tests::joint_hand::counts_at;
 use palpate_tests::palpate_command::repository;
-use palpate_tests::pipeline_model::Listing;
 use palpate_tests::register_model::{Flashed, Journal, Period, Row, Scenario, run};
 use palpate_tests::share::long;
 use serde_json::{Value, json};
+
+use crate::flashed_periods::{self, TRACED};
 
 /// Periods between two heartbeats of the host.
 const HEARTBEAT: u32 = 5;
@@ -46,17 +46,6 @@ const ARM_AT: u32 = 40;
 const LEAD_TICKS: u32 = script::LEAD_TICKS + 50;
 /// Ticks up to the hold of the tap. The long form of the test continues through the slide.
 pub const PRESSED_TICKS: u32 = LEAD_TICKS + 100;
-/// Periods at the end of a press whose instructions are traced: they send twenty records and a
-/// piece of the log.
-const TRACED: usize = 40;
-/// Cycles to enter and leave an interrupt (Arm DDI 0439B: 12 each).
-const INTERRUPT_CYCLES: f64 = 24.0;
-/// Largest share of a period that a board with a slow flash may need [%].
-const PERIOD_PERCENT: f64 = 75.0;
-/// Most instructions of a whole period of the Pico 2, in which a heartbeat comes and a record goes.
-const PICO_2_INSTRUCTIONS: usize = 64_500;
-/// Largest change of a held force's mean by the times at which its ticks write it [%].
-const JITTER_PERCENT: f64 = 0.1;
 /// Longest time that a force may act after the last completed tick [ms].
 const OFF_MS: u32 = 5;
 
@@ -184,57 +173,6 @@ fn felt(records: &[Record]) -> f32 {
     largest_n
 }
 
-/// Checks that no traced period of a board with a slow flash takes more of its millisecond than it
-/// may: interrupts, tick, record, log and link, whichever code waits for the flash.
-fn keeps_its_period(journal: &Journal, flash: &Flash, clock_hz: f64) {
-    let image = FirmwareImage::parse(&std::fs::read(&journal.image).unwrap()).unwrap();
-    let listing = Listing::of(&journal.image);
-    let in_flash = |address: &u32| (0x0800_0000..0x0900_0000).contains(address);
-    let (mut longest, mut traced) = ([0.0; 3], 0);
-    for row in journal.rows.iter().filter(|row| !row.trace.is_empty()) {
-        let executed = instructions(&image, &row.trace);
-        let interrupts = row.trace.iter().filter(|block| block[1] == 0).count() as f64;
-        let core = block_bound::cycles(&image, std::slice::from_ref(&executed))
-            + listing.result_stalls(&executed) as f64
-            + INTERRUPT_CYCLES * interrupts;
-        let constants = executed.iter().filter_map(|address| constant(&image, *address)).filter(in_flash);
-        let waits = flash.waited(executed.iter().copied().filter(in_flash)) + flash.waited_for_constants(constants);
-        let period = [executed.len() as f64, core, core + waits];
-        longest = if period[2] > longest[2] { period } else { longest };
-        traced += 1;
-    }
-    let [instructions, core, all] = longest;
-    let share = |cycles: f64| 100.0 * cycles * 1e3 / clock_hz;
-    println!(
-        "the longest of {traced} whole periods: {instructions} instructions, {core:.0} cycles ({:.1} % of 1 ms), with waits for every line of the \
-         flash that is not cached {all:.0} ({:.1} %)",
-        share(core),
-        share(all)
-    );
-    assert!(traced == TRACED && instructions > 50_000.0, "{traced} periods, {instructions} instructions");
-    assert!(share(all) <= PERIOD_PERCENT, "{:.1} % of the period", share(all));
-}
-
-/// Checks that the pulses give the force that was written, whenever in its tick each of them was
-/// written. Without a restart of the timer, the one pulse during which a force is written lies
-/// between the old force and the new one, and all others have the written length.
-fn pulses_keep_the_mean(journal: &Journal, periods: &[Period], clock_hz: f64) {
-    let pulses_per_tick = clock_hz / 1e3 / f64::from(journal.period_steps);
-    let percent = |held: bool| {
-        let (mut changes, mut sum) = (0.0, 0.0);
-        for (rows, counts) in journal.rows.windows(2).zip(periods.windows(2)) {
-            if !held || counts[0].counts == counts[1].counts {
-                let [old, new] = [0, 1].map(|n| rows[n].steps[2] as f64);
-                (changes, sum) = (changes + (new - old).abs(), sum + new);
-            }
-        }
-        100.0 * changes / (pulses_per_tick * sum)
-    };
-    let [all, held] = [false, true].map(percent);
-    println!("jitter of the writes changes the mean force by at most {held:.3} % in the hold, {all:.3} % with the tap before it");
-    assert!(journal.rows.iter().all(|row| row.restarts == 0) && held <= JITTER_PERCENT, "{held} %");
-}
-
 /// Boots, arms and presses.
 fn presses_like_the_desktop(board: Flashed) {
     let periods = axes(if long() { LEAD_TICKS + 2_000 } else { PRESSED_TICKS });
@@ -256,24 +194,7 @@ fn presses_like_the_desktop(board: Flashed) {
     let armed = records.iter().position(|record| record.enabled).unwrap();
     assert!(armed as u32 > ARM_AT, "armed in tick {armed}, before the host asked");
     println!("{board:?}: {} ticks, armed in tick {armed}, {:.4} N at most", records.len(), felt(&records));
-    match board {
-        Flashed::F446 => {
-            keeps_its_period(&journal, &Flash::F446, 180e6);
-            pulses_keep_the_mean(&journal, &periods, 180e6);
-        }
-        Flashed::G474 => {
-            keeps_its_period(&journal, &Flash::G474, 170e6);
-            pulses_keep_the_mean(&journal, &periods, 170e6);
-        }
-        // its tick runs from RAM, which the model knows no waits of
-        Flashed::Pico2 => {
-            let image = FirmwareImage::parse(&std::fs::read(&journal.image).unwrap()).unwrap();
-            let longest = journal.rows.iter().map(|row| instructions(&image, &row.trace).len()).max().unwrap();
-            println!("the longest of {TRACED} whole periods: {longest} instructions");
-            assert!((40_000..=PICO_2_INSTRUCTIONS).contains(&longest), "{longest} instructions");
-        }
-        Flashed::H743 => {} // has a third of its period to spare
-    }
+    flashed_periods::judge(board, &journal, &periods);
 }
 
 #[test]
@@ -440,6 +361,19 @@ fn an_open_stop_circuit_ends_the_force_in_the_tick_in_which_it_opens() {
             assert!(!row.enable && !row.main_output && row.resets == 1, "{board:?}");
         }
         assert_eq!(last_fault(rows), Some(Fault::EmergencyStop), "{board:?}: latched, although it has closed again");
+    }
+}
+
+/// An STM32 receives nothing while the flag of a lost byte is set.
+#[test]
+fn a_board_hears_its_host_again_after_the_uart_lost_a_byte() {
+    for board in [Flashed::H743, Flashed::F446, Flashed::G474] {
+        let mut periods = axes(ARM_AT);
+        periods[30].says = Some(ToBoard::Report);
+        let scenario = Scenario { periods: &periods, more: json!({"events": [{"at": 20, "how": "overrun"}]}) };
+        let Some(journal) = run(target(), board, &scenario) else { return };
+        let answered = Journal::messages(&journal.rows).iter().any(|message| matches!(message, FromBoard::State { .. }));
+        assert!(answered, "{board:?}");
     }
 }
 

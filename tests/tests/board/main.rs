@@ -12,6 +12,7 @@ mod crashes_turn_the_outputs_off;
 mod emulated_board_equals_the_desktop;
 mod emulated_loop_equals_the_desktop;
 mod flashed_image_runs;
+mod flashed_periods;
 mod image_fits_the_board;
 mod image_has_no_double_precision_and_no_allocator;
 mod images_are_built_for_their_cores;

@@ -26,6 +26,13 @@ pub fn receive(ring: &'static [AtomicU8]) {
     });
 }
 
+/// Clears the flag of a lost byte, with which nothing is received; its frame fails its checksum.
+pub fn clear_overrun() {
+    if USART2.isr().read().ore() {
+        USART2.icr().write(|w| w.set_ore(true));
+    }
+}
+
 /// Number of bytes until the end of the ring.
 pub fn left() -> usize {
     DMA1.ch(RECEIVES).ndtr().read().ndt().into()
@@ -33,7 +40,9 @@ pub fn left() -> usize {
 
 /// Whether bytes are being sent.
 pub fn sends() -> bool {
-    DMA1.ch(SENDS).ndtr().read().ndt() > 0
+    // an error ends the transfer before its last byte
+    let channel = DMA1.ch(SENDS);
+    channel.cr().read().en() && channel.ndtr().read().ndt() > 0
 }
 
 /// Sends bytes, which must stay where they are meanwhile.

@@ -9,8 +9,8 @@ use embassy_stm32::usart::{Instance, RxPin, TxPin, Uart};
 use super::{Stm32Board, This, link_config};
 use crate::board::queues;
 
-#[cfg_attr(feature = "nucleo-f446re", path = "dma_streams.rs")]
-#[cfg_attr(feature = "nucleo-g474re", path = "dma_channels.rs")]
+#[cfg_attr(dma_streams, path = "dma_streams.rs")]
+#[cfg_attr(not(dma_streams), path = "dma_channels.rs")]
 mod dma;
 
 /// Room for the bytes of 11 ms.
@@ -37,6 +37,7 @@ pub fn start<T: Instance>(usart: Peri<'static, T>, rx: Peri<'static, impl RxPin<
 /// Reads the bytes received.
 pub fn read(bytes: &mut [u8]) -> usize {
     send();
+    dma::clear_overrun();
     let end = RECEIVED_BYTES.saturating_sub(dma::left());
     let (mut at, mut count) = (UNREAD.load(Ordering::Relaxed), 0);
     for place in bytes {

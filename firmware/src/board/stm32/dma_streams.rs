@@ -23,6 +23,13 @@ pub fn receive(ring: &'static [AtomicU8]) {
     });
 }
 
+/// Clears the flag of a lost byte, with which nothing is received; its frame fails its checksum.
+pub fn clear_overrun() {
+    if USART2.sr().read().ore() {
+        USART2.dr().read();
+    }
+}
+
 /// Number of bytes until the end of the ring.
 pub fn left() -> usize {
     DMA1.st(RECEIVES).ndtr().read().ndt().into()
