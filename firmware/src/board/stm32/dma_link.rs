@@ -38,7 +38,8 @@ pub fn start<T: Instance>(usart: Peri<'static, T>, rx: Peri<'static, impl RxPin<
 pub fn read(bytes: &mut [u8]) -> usize {
     send();
     dma::clear_overrun();
-    let end = RECEIVED_BYTES.saturating_sub(dma::left());
+    // nothing is left for an instant before the ring begins anew
+    let end = RECEIVED_BYTES.saturating_sub(dma::left()) % RECEIVED_BYTES;
     let (mut at, mut count) = (UNREAD.load(Ordering::Relaxed), 0);
     for place in bytes {
         let Some(byte) = RECEIVED.get(at).filter(|_| at != end) else { break };
