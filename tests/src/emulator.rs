@@ -146,7 +146,7 @@ pub fn build_flashed(target: &Path, board: &str) -> Result<PathBuf, EmulatorErro
     let mut command = Command::new(std::env::var("CARGO").unwrap_or_else(|_| "cargo".into()));
     command.args([&format!("fw-{board}"), "--bin", "palpate-firmware", "--target-dir"]).arg(&own);
     command.env_remove("PALPATE_PATCH").env("CARGO_BUILD_BUILD_DIR", target);
-    let triple = if board == "pico2" { "thumbv8m.main-none-eabihf" } else { TARGET };
+    let triple = if board.ends_with("pico2") { "thumbv8m.main-none-eabihf" } else { TARGET };
     built(command, own.join(triple).join("firmware/palpate-firmware"))
 }
 

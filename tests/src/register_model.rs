@@ -198,9 +198,23 @@ pub fn run(target: &Path, board: Flashed, scenario: &Scenario) -> Option<Journal
 ///
 /// # Panics
 /// As [`run`].
-pub fn lock_step(target: &Path, board: Flashed, more: &Value, mut input: impl FnMut(&Row) -> Option<Period>) -> Option<Journal> {
+pub fn lock_step(target: &Path, board: Flashed, more: &Value, input: impl FnMut(&Row) -> Option<Period>) -> Option<Journal> {
+    lock_step_image(target, board, board.name(), more, input)
+}
+
+/// As [`lock_step`], with the image of the alias `fw-IMAGE`.
+///
+/// # Panics
+/// As [`run`].
+pub fn lock_step_image(
+    target: &Path,
+    board: Flashed,
+    image: &str,
+    more: &Value,
+    mut input: impl FnMut(&Row) -> Option<Period>,
+) -> Option<Journal> {
     let python = python(target)?;
-    let image = build_flashed(target, board.name()).expect("the image builds");
+    let image = build_flashed(target, image).expect("the image builds");
     let mut model = Command::new(python)
         .arg(repository().join("tests/unicorn/run.py"))
         .arg(board.name())

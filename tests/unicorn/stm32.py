@@ -10,7 +10,7 @@ RXNE, TC, TXE, TEACK, REACK = 1 << 5, 1 << 6, 1 << 7, 1 << 21, 1 << 22
 RXNEIE, TXFEIE = 1 << 5, 1 << 30
 ORE, ICR = 1 << 3, 0x20  # of the USART
 DMAR, DMAT = 1 << 6, 1 << 7  # of the USART, for a DMA
-NDTR, M0AR = 0x04, 0x0C  # of a DMA's stream or channel
+NDTR, PAR, M0AR = 0x04, 0x08, 0x0C  # of a DMA's stream or channel
 MOE = 1 << 15
 STOP = 0  # among the inputs that are high
 LSI_HZ = 32_000
@@ -47,7 +47,18 @@ CHIPS = {
             0x74: [(0, 1)],
         },
         "clock_switch": (0x10, 3, 3),  # register, bits of the setting, place of the bits that report it
+        # registers of the RCC that turn clocks on, and the bit of each peripheral that has one
         "clocks_on": range(0xD4, 0xF8),
+        "clocks": {
+            "TIM2": (0xE8, 0),
+            "TIM3": (0xE8, 1),
+            "TIM4": (0xE8, 2),
+            "TIM7": (0xE8, 5),
+            "USART": (0xE8, 18),
+            "TIM1": (0xF0, 0),
+            "GPIOE": (0xE0, 4),
+            "GPIOF": (0xE0, 5),
+        },
         "power": {0x04: 1 << 13 | 3 << 14, 0x18: 1 << 13, 0x0C: 1 << 16 | 1 << 25 | 1 << 26},  # bits that are always set
         "reset_cause": (0xD0, 1 << 26, 1 << 23),  # register, bit of the watchdog, bit of power-on
         "usart": (0x1C, 0x24, 0x28),  # status, received, sent
@@ -83,6 +94,20 @@ CHIPS = {
         "ready": {0x00: [(0, 1), (16, 17), (24, 25), (26, 27), (28, 29)], 0x74: [(0, 1)]},
         "clock_switch": (0x08, 2, 2),
         "clocks_on": range(0x30, 0x48),
+        "clocks": {
+            "TIM2": (0x40, 0),
+            "TIM3": (0x40, 1),
+            "TIM4": (0x40, 2),
+            "TIM7": (0x40, 5),
+            "WWDG": (0x40, 11),
+            "USART": (0x40, 17),
+            "PWR": (0x40, 28),
+            "TIM1": (0x44, 0),
+            "GPIOA": (0x30, 0),
+            "GPIOB": (0x30, 1),
+            "GPIOC": (0x30, 2),
+            "DMA1": (0x30, 21),
+        },
         "power": {0x04: 1 << 14 | 1 << 16 | 1 << 17},
         "reset_cause": (0x74, 1 << 29, 1 << 27),
         "usart": (0x00, 0x04, 0x04),
@@ -115,6 +140,20 @@ CHIPS = {
         "ready": {0x00: [(8, 10), (16, 17), (24, 25)], 0x90: [(0, 1)], 0x94: [(0, 1)], 0x98: [(0, 1)]},
         "clock_switch": (0x08, 2, 2),
         "clocks_on": range(0x48, 0x64),
+        "clocks": {
+            "TIM2": (0x58, 0),
+            "TIM3": (0x58, 1),
+            "TIM4": (0x58, 2),
+            "TIM7": (0x58, 5),
+            "USART": (0x58, 17),
+            "PWR": (0x58, 28),
+            "TIM1": (0x60, 11),
+            "GPIOA": (0x4C, 0),
+            "GPIOB": (0x4C, 1),
+            "GPIOC": (0x4C, 2),
+            "DMA1": (0x48, 0),
+            "DMAMUX": (0x48, 2),
+        },
         "power": {},
         "reset_cause": (0x94, 1 << 29, 1 << 27),
         "usart": (0x1C, 0x24, 0x28),
@@ -139,6 +178,7 @@ class Stm32(Chip):
         self.base, self.values = self.row["base"], self.row["values"] | (values or {})
         self.MEMORY, self.CPU = self.row["memory"], self.row["cpu"]
         self.UNREADABLE_IF_TORN = name == "h743"
+        self.clocks = {self.base[name]: clock for name, clock in self.row["clocks"].items()}
         self.ports = {self.base[name]: name for name in self.base if name.startswith("GPIO")}
         self.inputs = {name: sum(1 << pin for port, pin in self.row["pins"]["high"] if port == name) for name in self.ports.values()}
         super().__init__(elf)
@@ -191,8 +231,7 @@ class Stm32(Chip):
         offset = address - self.base["RCC"]
         if offset in self.row["clocks_on"]:
             self.too_early |= bool(value & ~self.at(address))
-        elif self.too_early and not 0 <= offset < 0x400 and address < 0xE000_0000:
-            # a peripheral has its clock some cycles after it was enabled, which a read of any register takes: the write is lost
+        elif self.has_no_clock(address):
             self.journal.append("lost")
             return False
         banks, keyr, cr, bits, *_ = self.row["flash"]
@@ -293,6 +332,13 @@ class Stm32(Chip):
         empty = self.send_room == self.FIFO_BYTES
         return {self.row["irq"]["USART"]} if asked & RXNEIE and (self.fifo or self.overrun) or asked & TXFEIE and empty else set()
 
+    def has_no_clock(self, address):
+        """Whether a write is lost, since the clock is off, or was enabled too few cycles ago: reading any register takes them."""
+        if 0 <= address - self.base["RCC"] < 0x400 or address >= 0xE000_0000:
+            return False
+        register, bit = self.clocks.get(address & ~0x3FF, (None, 0))
+        return self.too_early or register is not None and not self.of("RCC", register) >> bit & 1
+
     def _dma(self, address, offset, value):
         """A write to a register of the DMA."""
         places, settings, (flags, _, status, clear) = self.row["dma"]
@@ -308,6 +354,7 @@ class Stm32(Chip):
             requests = self.row.get("requests")
             assert not requests or self.of("DMAMUX", 4 * place) == requests[place], "requests of USART2"
             assert place == 0 or not self.of("DMA1", status) & flags, "a flag keeps the stream from starting"
+            assert self.at(address + PAR) == self.base["USART"] + self.row["usart"][1 + place], "the USART's data register"
             self.moves[place] = self.at(address + NDTR)
         return True
 

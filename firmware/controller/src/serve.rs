@@ -55,17 +55,16 @@ pub enum Pace {
     LockStep,
 }
 
-/// Processes a byte from the link; returns the reply to the message that it completes. Not generic,
-/// so that its code is compiled in this crate, which images build for size.
+/// Replies to the message of a frame that has come. Not generic, so that its code is compiled in
+/// this crate, which images build for size.
 #[inline(never)]
 fn replied(
     receiver: &mut Receiver,
-    byte: u8,
     inbox: &mut Inbox,
     controller: &mut Controller,
     upload: Option<&mut Upload>,
 ) -> Option<Reply> {
-    receiver.push_then(byte, |message: ToBoard<'_>| inbox.take(&message, controller, upload))?.ok()
+    receiver.end_frame(|message: &ToBoard<'_>| inbox.take(message, controller, upload)).ok()
 }
 
 /// Serves a host. In timed mode the function never returns; in lock-step it returns, with the
@@ -174,9 +173,10 @@ async fn serve<B: Board>(
                 }
                 break;
             };
-            let Some(reply) = replied(&mut line.receiver, byte, inbox, &mut haptic.controller, upload.as_deref_mut()) else {
+            if !line.receiver.collect(byte) {
                 continue;
-            };
+            }
+            let Some(reply) = replied(&mut line.receiver, inbox, &mut haptic.controller, upload.as_deref_mut()) else { continue };
             match reply {
                 Reply::Tick if pace == Pace::LockStep => break,
                 Reply::None | Reply::Tick => {}
@@ -190,9 +190,10 @@ async fn serve<B: Board>(
                     Ok(()) => line.send(&mut haptic.board, &FromBoard::Modulus(pascal)),
                     Err(refusal) => line.refuse(&mut haptic.board, refusal),
                 },
-                Reply::Store(profile) => match store(haptic, tissue, &profile) {
-                    Ok(generation) => stored(haptic, line, generation),
-                    Err(refusal) => line.refuse(&mut haptic.board, refusal),
+                Reply::Store => match inbox.profile().map(|profile| store(haptic, tissue, profile)) {
+                    Some(Ok(generation)) => stored(haptic, line, generation),
+                    Some(Err(refusal)) => line.refuse(&mut haptic.board, refusal),
+                    None => {}
                 },
                 Reply::Commission(setup) => haptic.commission(&setup, newest),
                 Reply::Confirm => {

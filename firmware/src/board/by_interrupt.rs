@@ -12,9 +12,13 @@ pub fn read(bytes: &mut [u8]) -> usize {
     IN.with(|queue| queue.read(bytes))
 }
 
-/// Keeps a byte that was received.
-pub fn keep(byte: u8) {
-    IN.with(|queue| queue.push(byte));
+/// Keeps the bytes that were received, until there is no `next` one.
+pub fn keep(mut next: impl FnMut() -> Option<u8>) {
+    IN.with(|queue| {
+        while let Some(byte) = next() {
+            queue.push(byte);
+        }
+    });
 }
 
 /// Moves bytes for the host to the UART, as long as it accepts them, and returns whether some may

@@ -26,8 +26,8 @@
 //!   read of a lock-step link;
 //! * `sense()`, the reading of the board's own sensors, if it has any;
 //! * `idle(duty)`, which waits for the next interrupt;
-//! * for the self-test `CLOCK_KIND`, the clock's unit in words, `chip_id()`, the chip's own
-//!   identification, `led(on)`, and `after_report(passed)`, which ends an emulated run;
+//! * for the self-test `CLOCK_KIND`, the clock's unit in words, `chip()`, the chip's own
+//!   identification and its brown-out level as it is and should be, `led(on)`, and `after_report(passed)`, which ends an emulated run;
 //! * `print(line)`, plain text at the end of a run; `debug_start(duty)` and `debug_write(bytes)`,
 //!   the debug channel, which carries the log in addition to the link, and `link_room()`, the
 //!   number of bytes that the link would accept now;
@@ -128,7 +128,7 @@ pub use family::{
 };
 
 #[cfg(feature = "self-test")]
-pub use family::{CLOCK_KIND, after_report, chip_id, led};
+pub use family::{CLOCK_KIND, after_report, chip, led};
 
 /// The task of the image.
 pub fn duty() -> Duty {

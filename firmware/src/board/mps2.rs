@@ -322,11 +322,11 @@ pub fn barred() -> bool {
 #[cfg(feature = "self-test")]
 pub const CLOCK_KIND: &str = "time of an emulator, in which every instruction takes the same: no cycles of any hardware";
 
-/// Identification of the core (CPUID).
+/// Identification of the core (CPUID); no brown-out level.
 #[cfg(feature = "self-test")]
-pub fn chip_id() -> u32 {
+pub fn chip() -> (u32, [u8; 2]) {
     // SAFETY: a read-only register of every Cortex-M.
-    unsafe { (*cortex_m::peripheral::CPUID::PTR).base.read() }
+    (unsafe { (*cortex_m::peripheral::CPUID::PTR).base.read() }, [0; 2])
 }
 
 /// Turns the second light on or off; the first one is the enable line.

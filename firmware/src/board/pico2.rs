@@ -317,9 +317,7 @@ pub fn link_write(frame: &[u8]) {
 /// interrupt, because the UART's own queue holds 0.35 ms of bytes.
 #[interrupt]
 fn UART0_IRQ() {
-    while !UART0.uartfr().read().rxfe() {
-        by_interrupt::keep(UART0.uartdr().read().data());
-    }
+    by_interrupt::keep(|| (!UART0.uartfr().read().rxfe()).then(|| UART0.uartdr().read().data()));
     let waits = by_interrupt::send(|| !UART0.uartfr().read().txff(), |byte| UART0.uartdr().write(|w| w.set_data(byte)));
     UART0.uartimsc().modify(|w| w.set_txim(waits));
 }
@@ -328,10 +326,10 @@ fn UART0_IRQ() {
 #[cfg(feature = "self-test")]
 pub const CLOCK_KIND: &str = "cycles of the core (DWT)";
 
-/// Identification of the chip.
+/// Identification of the chip; its brown-out detector is on after a reset.
 #[cfg(feature = "self-test")]
-pub fn chip_id() -> u32 {
-    pac::SYSINFO.chip_id().read().0
+pub fn chip() -> (u32, [u8; 2]) {
+    (pac::SYSINFO.chip_id().read().0, [0; 2])
 }
 
 /// Turns the board's light on or off.

@@ -82,9 +82,10 @@ pub trait Stm32Board {
     fn clocks() -> Config;
     /// Core clock [Hz].
     fn clock_hz() -> u32;
-    /// Identification of the chip, as read from its debug unit.
+    /// Identification of the chip, as read from its debug unit, and the brown-out level that is set
+    /// and that the clocks need.
     #[cfg(feature = "self-test")]
-    fn chip_id() -> u32;
+    fn chip() -> (u32, [u8; 2]);
     /// Claims the pins of encoders, magnitudes, link and stop circuit and starts their peripherals;
     /// sets up the pins that are used individually.
     fn wire(peripherals: Peripherals);
@@ -280,10 +281,11 @@ pub fn budget() -> Budget {
 #[cfg(feature = "self-test")]
 pub const CLOCK_KIND: &str = "cycles of the core (DWT)";
 
-/// Identification of the chip by its debug unit: revision in the upper half, device in the lower.
+/// Identification of the chip by its debug unit, revision in the upper half, device in the lower,
+/// and the brown-out level that is set and that the clocks need.
 #[cfg(feature = "self-test")]
-pub fn chip_id() -> u32 {
-    This::chip_id()
+pub fn chip() -> (u32, [u8; 2]) {
+    This::chip()
 }
 
 /// Turns the board's light on or off.

@@ -108,12 +108,10 @@ impl Report {
 
     fn write(&mut self, found: &Findings) -> fmt::Result {
         let About { name, built_day, clock_hz, .. } = board::about();
+        let (chip, [set, needed]) = board::chip();
         let Snapshot { longest_tick_counts, overruns, missed_periods, faults, fault, mode, .. } = found.seen;
-        write!(
-            self,
-            "\n{{\"palpate_self_test\":1,\"board\":\"{name}\",\"built_day\":{built_day},\"chip\":\"{:08x}\"",
-            board::chip_id()
-        )?;
+        write!(self, "\n{{\"palpate_self_test\":1,\"board\":\"{name}\",\"built_day\":{built_day},\"chip\":\"{chip:08x}\"")?;
+        write!(self, ",\"brown_out\":[{set},{needed}]")?;
         write!(self, ",\"clock\":\"{}\",\"clock_hz\":{clock_hz}", board::CLOCK_KIND)?;
         write!(self, ",\"patch_checksum\":\"{:08x}\",\"nodes\":{}", found.checksum, found.nodes)?;
         write!(self, ",\"error\":\"{}\",\"passed\":{},\"mode\":\"{}\"", found.error, found.passed(), words::mode(mode))?;

@@ -32,6 +32,9 @@ pub struct Report {
     /// Identification that the chip itself gives: revision in the upper half, device in the lower
     /// half.
     pub chip: String,
+    /// Brown-out level that is set in the chip, and that its clocks need.
+    #[serde(default)]
+    pub brown_out: [u8; 2],
     /// Meaning of a count of the clock.
     pub clock: String,
     /// Counts of the clock per second.
@@ -139,6 +142,10 @@ impl Report {
         let mut line = |name: &str, words: String| {
             let _ = writeln!(text, "{name:<7} {words}"); // writing to a string does not fail
         };
+        let [set, needed] = self.brown_out;
+        if set != needed {
+            line("supply", format!("its brown-out level is {set}: `STM32_Programmer_CLI -c port=SWD -ob BOR_LEV={needed}`"));
+        }
         line("patch", format!("{} nodes, checksum {}", self.nodes, self.patch_checksum));
         line("clock", format!("{:.1} MHz: {}", f64::from(self.clock_hz) / 1e6, self.clock));
         line("tick", format!("{:.1} us at the longest, {} counts", us(self.worst_tick_counts), self.worst_tick_counts));

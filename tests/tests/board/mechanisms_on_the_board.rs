@@ -92,7 +92,7 @@ impl<'a> Both<'a> {
     }
 
     fn store(&mut self, profile: Profile) {
-        assert_eq!(self.ask(&ToBoard::Store(profile)), (FromBoard::Stored(1), Reply::Store(profile)));
+        assert_eq!(self.ask(&ToBoard::Store(profile)), (FromBoard::Stored(1), Reply::Store));
         let (settings, port) = profile.split();
         self.haptic.controller.restart(&settings, port).unwrap();
     }

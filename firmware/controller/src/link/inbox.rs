@@ -43,8 +43,8 @@ pub enum Reply {
     Report,
     /// Send the host the board's identity.
     Identify,
-    /// Store this profile and restart with it.
-    Store(Profile),
+    /// Store the profile that came last ([`Inbox::profile`]) and restart with it.
+    Store,
     /// Use the present pose as the home pose.
     Home,
     /// Whether the host reads the log from now on.
@@ -55,9 +55,16 @@ pub enum Reply {
     Confirm,
 }
 
-/// Content of the messages since the last tick.
+/// Content of the messages since the last tick, and the profile that came last.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Inbox {
+    new: New,
+    profile: Option<Profile>,
+}
+
+/// Content of the messages since the last tick.
+#[derive(Clone, Copy, Debug, Default)]
+struct New {
     heard: bool,
     asked: Option<Ask>,
     reading: Option<Reading>,
@@ -68,17 +75,18 @@ pub struct Inbox {
 impl Inbox {
     /// Processes a message. `upload` is the memory for a patch, or `None` while a patch is open.
     pub fn take(&mut self, message: &ToBoard<'_>, controller: &mut Controller, upload: Option<&mut Upload>) -> Reply {
-        self.heard = true;
+        let new = &mut self.new;
+        new.heard = true;
         match *message {
             ToBoard::Heartbeat => Reply::None,
             ToBoard::Pose { position_m, sequence, good } => {
                 let status = if good { SensorStatus::Good } else { SensorStatus::Failed };
-                self.reading = Some(Reading::Tip(Sensed { position_m: position_m.into(), sequence, status }));
+                new.reading = Some(Reading::Tip(Sensed { position_m: position_m.into(), sequence, status }));
                 Reply::Tick
             }
             ToBoard::Joints { counts, sequence, good } => {
                 let status = if good { SensorStatus::Good } else { SensorStatus::Failed };
-                self.reading = Some(Reading::Joints(JointReading { counts: counts.map(EncoderCounts), sequence, status }));
+                new.reading = Some(Reading::Joints(JointReading { counts: counts.map(EncoderCounts), sequence, status }));
                 Reply::Tick
             }
             ToBoard::Ask(HostAsk::Arm) if controller.barred() => Reply::Refused(Refusal::Barred),
@@ -86,8 +94,8 @@ impl Inbox {
             ToBoard::Ask(HostAsk::Arm) if !controller.homed() => Reply::Refused(Refusal::NotHomed),
             // a stop overrides every request that arrives after it before the next tick
             ToBoard::Ask(asked) => {
-                if self.asked != Some(Ask::Stop) {
-                    self.asked = Some(asked.into());
+                if new.asked != Some(Ask::Stop) {
+                    new.asked = Some(asked.into());
                 }
                 Reply::None
             }
@@ -110,21 +118,24 @@ impl Inbox {
                 None => Reply::Refused(Refusal::PatchPieces),
             },
             ToBoard::SupplyLow => {
-                self.found = Some(Fault::SupplyLow);
+                new.found = Some(Fault::SupplyLow);
                 Reply::None
             }
             ToBoard::EmergencyStop => {
-                self.found = Some(Fault::EmergencyStop);
+                new.found = Some(Fault::EmergencyStop);
                 Reply::None
             }
             ToBoard::Operator(present) => {
-                self.operator_present = present;
+                new.operator_present = present;
                 Reply::None
             }
             ToBoard::Report => Reply::Report,
             ToBoard::Identify => Reply::Identify,
             ToBoard::Listen(listens) => Reply::Listen(listens),
-            ToBoard::Store(profile) if controller.mode().accepts(Request::Config) => Reply::Store(profile),
+            ToBoard::Store(profile) if controller.mode().accepts(Request::Config) => {
+                self.profile = Some(profile);
+                Reply::Store
+            }
             ToBoard::Home if controller.mode().accepts(Request::Config) => Reply::Home,
             ToBoard::Commission(setup) if !setup.sound() => Reply::Refused(Refusal::Commissioning),
             ToBoard::Commission(_) if controller.barred() => Reply::Refused(Refusal::Barred),
@@ -134,11 +145,18 @@ impl Inbox {
         }
     }
 
+    /// The profile that came last. No reply contains it, since every copy of a reply would copy its
+    /// room.
+    #[must_use]
+    pub fn profile(&self) -> Option<&Profile> {
+        self.profile.as_ref()
+    }
+
     /// Empties the inbox: returns the host's newest reading and the command for the next tick. A
     /// reading is returned only once, so that the cycle can tell the age of the last one.
     pub fn clear(&mut self) -> (Option<Reading>, Command) {
-        let Self { heard, asked, reading, found, operator_present } = core::mem::take(self);
-        self.operator_present = operator_present;
+        let New { heard, asked, reading, found, operator_present } = core::mem::take(&mut self.new);
+        self.new.operator_present = operator_present;
         (reading, Command { heard, asked, found, operator_absent: !operator_present, ..Command::default() })
     }
 }
@@ -232,8 +250,10 @@ mod tests {
         let store = ToBoard::Store(Profile::desktop());
         let mut inbox = Inbox::default();
         assert_eq!(started(false).mode(), Mode::Idle);
-        assert_eq!(inbox.take(&store, &mut started(false), None), Reply::Store(Profile::desktop()));
         assert_eq!(inbox.take(&store, &mut started(true), None), Reply::Refused(Refusal::NotIdle));
+        assert_eq!(inbox.profile(), None);
+        assert_eq!(inbox.take(&store, &mut started(false), None), Reply::Store);
+        assert_eq!(inbox.profile(), Some(&Profile::desktop()));
     }
 
     #[test]

@@ -36,31 +36,30 @@ impl Receiver {
     /// # Errors
     /// Returns the reason for which the frame that just ended was dropped; the frame is counted as
     /// bad.
-    pub fn push<'r, Message: Deserialize<'r>>(&'r mut self, byte: u8) -> Option<Result<Message, FrameError>> {
-        self.push_then(byte, |message| message)
+    pub fn push<'r, Message: Deserialize<'r> + Clone>(&'r mut self, byte: u8) -> Option<Result<Message, FrameError>> {
+        self.collect(byte).then(|| self.end_frame(Message::clone))
     }
 
-    /// As [`Self::push`], but lets `then` take the message where it was decoded: a message of a
-    /// profile's size is copied by every value that contains it.
+    /// Collects a byte, and returns whether it ends a frame, which [`Self::end_frame`] then opens.
+    #[inline]
+    pub fn collect(&mut self, byte: u8) -> bool {
+        if byte == 0 {
+            return self.length > 0; // zeros between frames mean an idle line
+        }
+        if let Some(free) = self.frame.get_mut(self.length) {
+            *free = byte;
+        }
+        self.length = self.length.saturating_add(1);
+        false
+    }
+
+    /// Opens the frame that was collected, and lets `then` look at its message where it was
+    /// decoded: a message of a profile's size is copied by every value that contains it.
     ///
     /// # Errors
     /// As [`Self::push`].
-    pub fn push_then<'r, Message: Deserialize<'r>, T>(
-        &'r mut self,
-        byte: u8,
-        then: impl FnOnce(Message) -> T,
-    ) -> Option<Result<T, FrameError>> {
-        if byte != 0 {
-            if let Some(free) = self.frame.get_mut(self.length) {
-                *free = byte;
-            }
-            self.length = self.length.saturating_add(1);
-            return None;
-        }
+    pub fn end_frame<'r, Message: Deserialize<'r>, T>(&'r mut self, then: impl FnOnce(&Message) -> T) -> Result<T, FrameError> {
         let length = core::mem::take(&mut self.length);
-        if length == 0 {
-            return None; // zeros between frames mean an idle line
-        }
         let opened = match self.frame.get_mut(..length) {
             Some(frame) => frame::open(frame),
             None => Err(FrameError::TooLong),
@@ -68,21 +67,22 @@ impl Receiver {
         let error = match opened {
             Ok((sequence, body)) => {
                 let step = self.sequence.map_or(1, |last| sequence.wrapping_sub(last).cast_signed());
-                match postcard::take_from_bytes(body) {
-                    Ok((message, [])) if step > 0 => {
+                let mut rest = postcard::Deserializer::from_bytes(body);
+                match (&Message::deserialize(&mut rest), rest.finalize()) {
+                    (Ok(message), Ok([])) if step > 0 => {
                         self.counts.lost = self.counts.lost.saturating_add(u32::from(step.unsigned_abs() - 1));
                         self.counts.good = self.counts.good.saturating_add(1);
                         self.sequence = Some(sequence);
-                        return Some(Ok(then(message)));
+                        return Ok(then(message));
                     }
-                    Ok((_, [])) => FrameError::Old,
+                    (Ok(_), Ok([])) => FrameError::Old,
                     _ => FrameError::Message,
                 }
             }
             Err(error) => error,
         };
         self.counts.bad = self.counts.bad.saturating_add(1);
-        Some(Err(error))
+        Err(error)
     }
 
     /// Accepts any sequence number in the next frame. Call this after a long silence, since a new

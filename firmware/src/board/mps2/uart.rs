@@ -41,9 +41,7 @@ pub extern "C" fn on_received() {
     // SAFETY: registers of a UART that nothing but this file touches; reading the data removes it.
     unsafe {
         INTCLEAR.write_volatile(RECEIVED);
-        while STATE.read_volatile() & RECEIVE_FULL != 0 {
-            by_interrupt::keep(DATA.read_volatile() as u8);
-        }
+        by_interrupt::keep(|| (STATE.read_volatile() & RECEIVE_FULL != 0).then(|| DATA.read_volatile() as u8));
     }
 }
 

@@ -26,11 +26,15 @@ pub fn receive(ring: &'static [AtomicU8]) {
     });
 }
 
-/// Clears the flag of a lost byte, with which nothing is received; its frame fails its checksum.
-pub fn clear_overrun() {
-    if USART2.isr().read().ore() {
-        USART2.icr().write(|w| w.set_ore(true));
-    }
+/// Clears the flags of a byte that was lost or disturbed, with which nothing may be received; its
+/// frame fails its checksum.
+pub fn clear_errors() {
+    USART2.icr().write(|w| {
+        w.set_ore(true);
+        w.set_fe(true);
+        w.set_ne(true);
+        w.set_pe(true);
+    });
 }
 
 /// Number of bytes until the end of the ring.
@@ -40,7 +44,6 @@ pub fn left() -> usize {
 
 /// Whether bytes are being sent.
 pub fn sends() -> bool {
-    // an error ends the transfer before its last byte
     let channel = DMA1.ch(SENDS);
     channel.cr().read().en() && channel.ndtr().read().ndt() > 0
 }
@@ -49,6 +52,7 @@ pub fn sends() -> bool {
 pub fn send(bytes: &[u8]) {
     let channel = DMA1.ch(SENDS);
     channel.cr().write(|w| w.set_en(false)); // a channel that runs takes no settings
+    DMA1.ifcr().write(|w| w.set_teif(SENDS, true)); // with which a channel does not start
     channel.par().write_value(USART2.tdr().as_ptr() as u32);
     channel.mar().write_value(bytes.as_ptr() as u32);
     channel.ndtr().write(|w| w.set_ndt(bytes.len() as u16));

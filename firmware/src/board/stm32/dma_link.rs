@@ -37,9 +37,10 @@ pub fn start<T: Instance>(usart: Peri<'static, T>, rx: Peri<'static, impl RxPin<
 /// Reads the bytes received.
 pub fn read(bytes: &mut [u8]) -> usize {
     send();
-    dma::clear_overrun();
+    dma::clear_errors();
     // nothing is left for an instant before the ring begins anew
     let end = RECEIVED_BYTES.saturating_sub(dma::left()) % RECEIVED_BYTES;
+    fence(Ordering::Acquire); // the bytes are read after the DMA's count of them
     let (mut at, mut count) = (UNREAD.load(Ordering::Relaxed), 0);
     for place in bytes {
         let Some(byte) = RECEIVED.get(at).filter(|_| at != end) else { break };

@@ -23,8 +23,9 @@ pub fn receive(ring: &'static [AtomicU8]) {
     });
 }
 
-/// Clears the flag of a lost byte, with which nothing is received; its frame fails its checksum.
-pub fn clear_overrun() {
+/// Clears the flag of a byte that was lost, with which nothing is received; its frame fails its
+/// checksum. The other errors stop no DMA.
+pub fn clear_errors() {
     if USART2.sr().read().ore() {
         USART2.dr().read();
     }

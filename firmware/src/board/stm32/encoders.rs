@@ -42,8 +42,11 @@ pub fn start<T: GeneralInstance4Channel>(
     let mut config = Config::default();
     (config.ch1_pull, config.ch2_pull) = (Pull::Up, Pull::Up);
     core::mem::forget(Qei::new(timer, a, b, config));
+}
+
+/// Filters the inputs of the three counters, which have been started.
+pub fn filter() {
     for counter in COUNTERS {
-        // the other counters have no clock yet, or receive the same setting again
         counter.ccmr_input(0).modify(|w| (0..2).for_each(|channel| w.set_icf(channel, FILTER)));
     }
 }

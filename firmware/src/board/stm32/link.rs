@@ -39,9 +39,7 @@ pub fn write(frame: &[u8]) {
 /// Moves all received bytes to their queue, and queued bytes to the USART while it accepts them.
 pub fn on_interrupt() {
     let registers = This::LINK;
-    while let Some(byte) = received(registers) {
-        by_interrupt::keep(byte);
-    }
+    by_interrupt::keep(|| received(registers));
     let waits = by_interrupt::send(|| registers.isr().read().txe(), |byte| registers.tdr().write(|w| w.set_dr(byte.into())));
     // once the queue is empty, not for every byte that leaves it
     registers.cr1().modify(|w| w.set_txfeie(waits));

@@ -75,8 +75,8 @@ impl Stm32Board for This {
     }
 
     #[cfg(feature = "self-test")]
-    fn chip_id() -> u32 {
-        DBGMCU.idcode().read().0
+    fn chip() -> (u32, [u8; 2]) {
+        (DBGMCU.idcode().read().0, [FLASH.optcr().read().bor_lev(), 0])
     }
 
     fn wire(p: Peripherals) {
@@ -94,6 +94,7 @@ impl Stm32Board for This {
         encoders::start(p.TIM2, p.PA0, p.PA1);
         encoders::start(p.TIM3, p.PC6, p.PC7);
         encoders::start(p.TIM4, p.PB6, p.PB7);
+        encoders::filter();
         link::start(p.USART2, p.PA3, p.PA2);
         prepare_watchdog(p.IWDG);
     }

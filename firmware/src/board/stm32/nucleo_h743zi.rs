@@ -85,8 +85,8 @@ impl Stm32Board for This {
     }
 
     #[cfg(feature = "self-test")]
-    fn chip_id() -> u32 {
-        DBGMCU.idc().read().0
+    fn chip() -> (u32, [u8; 2]) {
+        (DBGMCU.idc().read().0, [embassy_stm32::pac::FLASH.optsr_cur().read().bor_lev(), 3])
     }
 
     fn wire(p: Peripherals) {
@@ -104,6 +104,7 @@ impl Stm32Board for This {
         encoders::start(p.TIM2, p.PA15, p.PB3);
         encoders::start(p.TIM3, p.PC6, p.PC7);
         encoders::start(p.TIM4, p.PD12, p.PD13);
+        encoders::filter();
         link::start(p.USART3, p.PD9, p.PD8);
         prepare_watchdog(p.IWDG1);
     }

@@ -194,9 +194,13 @@ fn follow(
         };
         seen.take(&record);
         if !files.add(&record, &session.identity) {
-            break Ok(()); // break Ok(()); // the reason is given at the end
+            break Ok(()); // the reason is given at the end
         }
-        lines.show(|| format!("{}; {}, {:.2} mm deep", status::mode(&record), force_words(&record), record.depth_m * 1e3));
+        lines.show(|| {
+            let [x, y, z] = record.position_m.map(|m| m * 1e3);
+            let force = force_words(&record);
+            format!("{}; {force}, {:.2} mm deep, tip at {x:.1}, {y:.1}, {z:.1} mm", status::mode(&record), record.depth_m * 1e3)
+        });
         if arm {
             let mode = record.mode();
             if let Some(ended) = ended_by_board(&record, *held) {

@@ -89,8 +89,7 @@ pub enum BoardCommand {
     /// Give an idle board the profile of a device: its limits, workspace, encoders and mechanism,
     /// kept without power.
     ///
-    /// The board restarts with it. A Nucleo does not store profiles yet: it uses this one until it
-    /// loses power, and says so.
+    /// The board restarts with it.
     Profile {
         /// A device (touch, omni, touch-x, falcon, omega3, inverse3, hapkit, frictionless) or the
         /// path of a profile (.toml, see host-sim/devices).

@@ -11,7 +11,7 @@ use palpate_tissue::Error as TissueError;
 use crate::error::Error;
 
 /// Largest number of rows that wait for the disk: ten seconds of a board's records.
-const QUEUE: usize = 500;
+const QUEUE: usize = 5_000;
 /// Longest wait for the disk at the end, when no force acts any more.
 const PATIENCE: Duration = Duration::from_secs(10);
 /// Time between two checks whether the writer is done.
