@@ -164,6 +164,13 @@ pub fn capsule(degrees: f64, place_m: [f64; 2]) -> OffTheMiddle {
     OffTheMiddle { shape, radius_m: 6e-3, degrees, place_m, depth_m: 3e-3, off_m }
 }
 
+/// An ellipsoid, 18 mm long and 10 mm wide.
+pub fn ellipsoid(degrees: f64, place_m: [f64; 2]) -> OffTheMiddle {
+    let off_m = |x: f64, y: f64| (x.abs() - 6e-3).max(0.0).hypot((y.abs() - 3e-3).max(0.0));
+    let shape = |along| Shape::Ellipsoid { semi_axes_m: [9e-3, 5e-3], along };
+    OffTheMiddle { shape, radius_m: 6e-3, degrees, place_m, depth_m: 3e-3, off_m }
+}
+
 pub fn flat_end(degrees: f64, place_m: [f64; 2]) -> OffTheMiddle {
     OffTheMiddle {
         shape: |_| Shape::Flat,

@@ -15,7 +15,7 @@ const DEEP_M: f64 = 4e-3;
 fn block(ground: &PathGround) -> PathGround {
     let on: &PathPatch = ground.patches.iter().find(|p| p.label().starts_with("block-m4f-168")).unwrap();
     let probe = Probe { shape: ProbeShape::Flat, radius_m: 8e-3, ..on.params.probe };
-    PathGround { patches: vec![on.with_probe(probe).unwrap()], devices: Vec::new() }
+    PathGround { patches: vec![on.with_probe(probe, Params::UPRIGHT).unwrap()], devices: Vec::new() }
 }
 
 #[test]

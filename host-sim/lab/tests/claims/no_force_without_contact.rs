@@ -12,6 +12,8 @@ use std::sync::LazyLock;
 
 use palpate_lab::faults::paths::PathGround;
 
+pub use self::long_tips::tilted;
+
 /// Every shipped patch with every tip. Each is pressed once to find the depth of its guard, which
 /// takes some seconds of processor time, so all tests share the result.
 static GROUND: LazyLock<PathGround> = LazyLock::new(|| PathGround::load().unwrap());

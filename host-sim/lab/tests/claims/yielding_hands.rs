@@ -9,8 +9,12 @@ use palpate::haptic::account::AccountSettings;
 use palpate_lab::faults::paths::PathGround;
 use palpate_lab::faults::yielding::{Adversary, Aim, Bounds, Genes, Hands, HandsTable, RunLength, YieldingCase};
 
+use crate::no_force_without_contact::tilted;
+
 /// Number of random runs.
 const RUNS: u64 = 200;
+/// Number of random runs under each tilted tip.
+const TILTED_RUNS: u64 = 60;
 /// Rounds of a search.
 const ROUNDS: u64 = 2;
 
@@ -49,6 +53,18 @@ fn light_hands_on_stiff_tissue_neither_shake_nor_get_energy() {
     println!("{:#?}", table.rows);
     assert_eq!(table.rows.values().map(|row| row.runs).sum::<u64>(), 30);
     assert!(table.broken().is_empty(), "{:#?}\n{:#?}", table.broken(), table.worst);
+}
+
+#[test]
+fn a_tilted_tip_gives_no_hand_energy_either() {
+    for (n, degrees) in [(0, 30.0), (1, 20.0), (2, 20.0)] {
+        let ground = tilted(&GROUND, n, degrees);
+        let hands = Hands::new(&ground, TILTED_RUNS, 1, true);
+        let table = with(&hands, 0..TILTED_RUNS, AccountSettings::DEFAULT);
+        println!("tip {n}, {degrees} degrees: {:#?}", table.rows);
+        let broken: Vec<String> = table.broken().into_iter().filter(|broken| !broken.contains("ticks are lost")).collect();
+        assert!(broken.is_empty(), "tip {n}, {degrees} degrees: {broken:#?}\n{:#?}", table.worst);
+    }
 }
 
 /// The campaign sees energy where nothing keeps it away.

@@ -10,7 +10,7 @@ use super::status::image;
 use crate::error::Error;
 use crate::port::{PortError, Session};
 
-/// Longest wait for a board, which sends a record every 20 ms.
+/// Longest wait for a board, which sends a record every 2 ms.
 const PATIENCE: Duration = Duration::from_millis(600);
 
 /// A port, and the product on it as USB names it.
@@ -50,7 +50,7 @@ pub(super) fn run(named: &[String]) -> Result<(), Error> {
         return Ok(());
     }
     Err(TissueError::Usage(format!(
-        "none of {} answers as a board of ours: is it powered and flashed? `palpate board status --port PORT` says more",
+        "none of {} answers as a board of ours: is it powered and flashed? `palpate board status --port PORT` says more; a self-test image answers `palpate board self-test` alone",
         if candidates.len() == 1 { "one port".into() } else { format!("{} ports", candidates.len()) }
     ))
     .into())

@@ -53,7 +53,7 @@ pub struct PathPatch {
     pub share: u32,
     /// Geometry of the patch at rest.
     pub shape: Arc<RestSolid>,
-    /// Site of the press, with its axes.
+    /// Place of the tip where it touches the site, with its axes.
     pub site: Site,
     /// Lower and upper corner of the patch along the site's axes `along`, `across`, `normal`,
     /// relative to the site [m].
@@ -89,14 +89,14 @@ impl PathGround {
 }
 
 impl PathPatch {
-    /// Returns the same patch under another probe.
-    pub fn with_probe(&self, probe: Probe) -> Result<Self, BuildError> {
-        Self::under(self.name, self.patch.clone(), Params { probe, ..self.params }, self.share)
+    /// Returns the same patch under another probe, in this orientation.
+    pub fn with_probe(&self, probe: Probe, orientation: [f32; 4]) -> Result<Self, BuildError> {
+        Self::under(self.name, self.patch.clone(), Params { probe, orientation, ..self.params }, self.share)
     }
 
     fn under(name: &'static str, patch: Patch, params: Params, share: u32) -> Result<Self, BuildError> {
-        let shape = Arc::new(RestSolid::of(&patch.model(), &params.probe));
-        let site = Site::new(patch.site_m().cast(), params.probe.axis.cast());
+        let shape = Arc::new(RestSolid::of(&patch.model(), &params.turned_probe()));
+        let site = Site::new(patch.touch_m(&params).cast(), params.probe.axis.cast());
         let extent_m = shape.extent_m(&site.at_m, &[site.along, site.across(), site.normal]);
         let per_pascal = 1.0 / f64::from(params.youngs_modulus_pa);
         let curve =
@@ -109,7 +109,11 @@ impl PathPatch {
         let Probe { shape, radius_m, .. } = self.params.probe;
         match shape {
             ProbeShape::Hemisphere => self.name.into(),
-            _ => format!("{} under {shape:?} of {:.1} mm", self.name, 1e3 * radius_m).into(),
+            _ => {
+                let tilt_deg = self.params.turned_probe().axis.angle(&self.params.probe.axis).to_degrees();
+                let tilted = if tilt_deg > 0.5 { format!(", tilted by {tilt_deg:.0} degrees") } else { String::new() };
+                format!("{} under {shape:?} of {:.1} mm{tilted}", self.name, 1e3 * radius_m).into()
+            }
         }
     }
 

@@ -1,7 +1,7 @@
-//! A capsule and an ellipsoid on random paths.
+//! A capsule, an ellipsoid and a flat end on random paths, upright and tilted.
 
-use palpate::{Probe, ProbeShape, Vector3};
-use palpate_lab::faults::paths::{PathGround, paths};
+use palpate::{Params, Probe, ProbeShape, Vector3};
+use palpate_lab::faults::paths::{PathGround, PathPatch, paths};
 use palpate_loop::closed_loop::watch::{RestShape, RestSolid};
 
 use crate::no_force_without_contact::{GROUND, patch_named};
@@ -21,7 +21,8 @@ fn paths_break_no_invariant_under_a_capsule_and_an_ellipsoid() {
     // each patch once, with its tip replaced
     let shipped = GROUND.patches.iter().filter(|patch| patch.params.probe.shape == ProbeShape::Hemisphere);
     for (n, wish) in [Vector3::new(0.2, 0.9, 0.1), Vector3::new(-0.7, 0.4, 0.5)].into_iter().enumerate() {
-        let patches = shipped.clone().map(|patch| patch.with_probe(tips(patch.params.probe.axis, wish)[n]).unwrap());
+        let patches =
+            shipped.clone().map(|patch| patch.with_probe(tips(patch.params.probe.axis, wish)[n], Params::UPRIGHT).unwrap());
         let ground = PathGround { patches: patches.collect(), devices: GROUND.devices.clone() };
         let total = paths(&ground, 0..PATHS, 3, |_| ()).unwrap();
         let (examples, total) = (total.examples.clone(), total.total());
@@ -29,6 +30,32 @@ fn paths_break_no_invariant_under_a_capsule_and_an_ellipsoid() {
         assert!(total.ticks_with_force > PATHS * 50, "{} ticks with a force", total.ticks_with_force);
         assert!(total.broken.is_empty(), "{:?}\n{}", total.broken, examples.join("\n"));
     }
+}
+
+#[test]
+fn paths_break_no_invariant_under_tilted_tips() {
+    for (n, degrees) in [(0, 20.0), (0, 45.0), (1, 20.0), (2, 10.0), (2, 30.0)] {
+        let total = paths(&tilted(&GROUND, n, degrees), 0..PATHS, 5, |_| ()).unwrap();
+        let (examples, total) = (total.examples.clone(), total.total());
+        println!("tip {n}, {degrees} degrees: {total:?}");
+        assert!(total.ticks_with_force > PATHS * 50, "{} ticks with a force", total.ticks_with_force);
+        assert!(total.broken.is_empty(), "tip {n}, {degrees} degrees: {:?}\n{}", total.broken, examples.join("\n"));
+    }
+}
+
+/// Each shipped patch once, under a capsule (0), an ellipsoid (1) or a flat end (2) that is tilted
+/// over its long side.
+pub fn tilted(ground: &PathGround, n: usize, degrees: f32) -> PathGround {
+    let under = |patch: &PathPatch| {
+        let axis = patch.params.probe.axis;
+        let [capsule, ellipsoid] = tips(axis, Vector3::new(0.2, 0.9, 0.1));
+        let flat = Probe { shape: ProbeShape::Flat, ..capsule };
+        let about = axis.cross(&axis.cross(&Vector3::new(0.2, 0.9, 0.1)).normalize());
+        let (sin, cos) = (0.5 * degrees.to_radians()).sin_cos();
+        patch.with_probe([capsule, ellipsoid, flat][n], [about.x * sin, about.y * sin, about.z * sin, cos]).unwrap()
+    };
+    let shipped = ground.patches.iter().filter(|patch| patch.params.probe.shape == ProbeShape::Hemisphere);
+    PathGround { patches: shipped.map(under).collect(), devices: ground.devices.clone() }
 }
 
 /// Free distance between a probe and the block of 80 x 80 x 40 mm [m]: for a capsule by points
