@@ -49,7 +49,7 @@ pub fn tilted(ground: &PathGround, n: usize, degrees: f32) -> PathGround {
     let under = |patch: &PathPatch| {
         let axis = patch.params.probe.axis;
         let [capsule, ellipsoid] = tips(axis, Vector3::new(0.2, 0.9, 0.1));
-        let flat = Probe { shape: ProbeShape::Flat, ..capsule };
+        let flat = Probe { shape: ProbeShape::Flat, radius_m: 9e-3, ..capsule };
         let about = axis.cross(&axis.cross(&Vector3::new(0.2, 0.9, 0.1)).normalize());
         let (sin, cos) = (0.5 * degrees.to_radians()).sin_cos();
         patch.with_probe([capsule, ellipsoid, flat][n], [about.x * sin, about.y * sin, about.z * sin, cos]).unwrap()
