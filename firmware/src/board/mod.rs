@@ -27,7 +27,8 @@
 //! * `sense()`, the reading of the board's own sensors, if it has any;
 //! * `idle(duty)`, which waits for the next interrupt;
 //! * for the self-test `CLOCK_KIND`, the clock's unit in words, `chip()`, the chip's own
-//!   identification and its brown-out level as it is and should be, `led(on)`, and `after_report(passed)`, which ends an emulated run;
+//!   identification with its brown-out level as it is and as it should be, `led(on)`, and
+//!   `after_report(passed)`, which ends an emulated run;
 //! * `print(line)`, plain text at the end of a run; `debug_start(duty)` and `debug_write(bytes)`,
 //!   the debug channel, which carries the log in addition to the link, and `link_room()`, the
 //!   number of bytes that the link would accept now;
