@@ -60,7 +60,7 @@ pub async fn run(this: ThisBoard, memory: &'static mut Memory) {
         for tick in 0..REPEAT_TICKS {
             next_period().await;
             board::feed_watchdog();
-            board::link_write(left.next().unwrap_or_default()); // also without a piece the link goes on
+            board::link_write(left.next().unwrap_or_default()); // an empty write keeps bytes moving
             let half_period = if findings.passed() { 500 } else { 100 };
             board::led(tick / half_period % 2 == 0);
         }

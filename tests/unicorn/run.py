@@ -9,10 +9,11 @@ the end of the input a last line describes the whole run.
 
 A scenario may contain `events`, each of which happens before the period `at`: `loop` replaces the start of the function
 whose name contains `symbol` by an endless loop until the watchdog's reset, `hard fault` happens at that function,
-`no ticks` stops the tick timer, at `overrun` the UART loses a byte, `stop` opens the stop circuit for one period, in which with `supply` the amplifiers'
-supply is low, the board is going to `restart` itself and the power fails during operation number `power_fails_in` of the
-flash, or the `power` fails at once. `values` are registers that differ after a reset, `cycles_per_reading` is the speed
-of the cycle counter, and `count` asks for the instructions between two feedings of the watchdog during start-up.
+`no ticks` stops the tick timer, at `overrun` the UART loses a byte, `probe` is a debug probe that wants a full log to wait
+for it and never reads, `stop` opens the stop circuit for one period, in which with `supply` the amplifiers' supply is low,
+the board is going to `restart` itself and the power fails during operation number `power_fails_in` of the flash, or the
+`power` fails at once. `values` are registers that differ after a reset, `cycles_per_reading` is the speed of the cycle
+counter, and `count` asks for the instructions between two feedings of the watchdog during start-up.
 From period `trace` on, rows contain the executed blocks.
 """
 
@@ -26,6 +27,7 @@ from rp2350 import Rp2350
 from stm32 import CHIPS, Stm32
 
 LOOP = b"\xfe\xe7"  # b .
+FIRST_CHANNEL_MODE, BLOCK_IF_FULL = 44, b"\x02"  # in the control block of SEGGER's RTT
 LOWERED = ["stop", "supply"]  # events by the number of the input that they lower
 RESTART_INSTRUCTIONS = 40_000  # in a period of a board that waits for its watchdog: more than an idle tick takes
 
@@ -106,6 +108,8 @@ def main():
                 chip.plant_hard_fault(place_of(chip, event["symbol"]), event["cfsr"], event["bfar"])
             elif happens == "overrun":
                 chip.overrun = True
+            elif happens == "probe":
+                write(chip, chip.symbols["_SEGGER_RTT"] + FIRST_CHANNEL_MODE, BLOCK_IF_FULL)
             elif happens == "no ticks":
                 chip.stop_ticks()
             elif happens == "restart":

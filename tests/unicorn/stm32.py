@@ -118,7 +118,7 @@ CHIPS = {
         "flash": ([(0, 0x4002_3C00)], 0x04, 0x10, (31, 0, 1, 16), (3, 4), [0x4000] * 4 + [0x1_0000] + [0x2_0000] * 3),
         "window_hz": 45_000_000 / 4096,
         "pins": SMALL_PINS,
-        "values": {},
+        "values": {0x4002_3C14: 0x0FFF_AAED},  # option bytes as delivered: no brown-out reset
     },
     "g474": {
         "cpu": UC_CPU_ARM_CORTEX_M4,

@@ -55,8 +55,8 @@ pub enum Pace {
     LockStep,
 }
 
-/// Replies to the message of a frame that has come. Not generic, so that its code is compiled in
-/// this crate, which images build for size.
+/// Decodes the frame that is complete and returns the reply to its message. Not generic, so that
+/// its code is compiled in this crate, which images build for size.
 #[inline(never)]
 fn replied(
     receiver: &mut Receiver,

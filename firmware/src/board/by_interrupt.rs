@@ -12,7 +12,8 @@ pub fn read(bytes: &mut [u8]) -> usize {
     IN.with(|queue| queue.read(bytes))
 }
 
-/// Keeps the bytes that were received, until there is no `next` one.
+/// Queues received bytes until `next` returns `None`. Interrupts are off meanwhile, for as many
+/// bytes as the UART's own queue holds.
 pub fn keep(mut next: impl FnMut() -> Option<u8>) {
     IN.with(|queue| {
         while let Some(byte) = next() {

@@ -20,19 +20,21 @@ pub fn idle(_: &Duty) {
     cortex_m::asm::wfi();
 }
 
-/// Opens the channel from which a debug probe reads the log. Writes do not wait for a probe:
-/// without one the channel fills up, and later bytes are dropped.
+/// Opens the channel from which a debug probe reads the log.
 pub fn debug_start(_: &Duty) {
     rtt_init! {
         up: { 0: { size: 1024, mode: ChannelMode::NoBlockTrim, name: "defmt" } }
     };
 }
 
-/// Writes bytes of a frame; called with interrupts off.
+/// Writes bytes of a frame; called with interrupts off. Writes never wait: bytes that the channel
+/// has no room for are dropped. A probe's program may have asked for waiting, which would let the
+/// watchdog act whenever it reads slowly.
 pub fn debug_write(bytes: &[u8]) {
     // SAFETY: the channel that `debug_start` has opened; before that there is none. Nothing else
     // writes to it, and interrupts are off.
     if let Some(mut channel) = unsafe { UpChannel::conjure(0) } {
+        channel.set_mode(ChannelMode::NoBlockTrim);
         channel.write(bytes);
     }
 }

@@ -92,10 +92,10 @@ fn assert_forces(
             let off = [0, 1].map(|k| 100.0 * (own[k] / right[k] - 1.0));
             println!("{label}: force {:+.2} %, torque {:+.2} % of {:.3e}", off[0], off[1], right[1]);
             if depth_m >= from_m {
-                assert_within(&label, own[0], right[0], force);
+                assert_within(&format!("force at {label}"), own[0], right[0], force);
                 // an upright tip has none
                 if degrees > 0.0 {
-                    assert_within(&label, own[1], right[1], torque);
+                    assert_within(&format!("torque at {label}"), own[1], right[1], torque);
                 }
             }
         }

@@ -145,8 +145,8 @@ impl Inbox {
         }
     }
 
-    /// The profile that came last. No reply contains it, since every copy of a reply would copy its
-    /// room.
+    /// The profile that came last. It is not part of a [`Reply`], which would be as large as a
+    /// profile in every copy.
     #[must_use]
     pub fn profile(&self) -> Option<&Profile> {
         self.profile.as_ref()

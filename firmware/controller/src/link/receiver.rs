@@ -40,7 +40,8 @@ impl Receiver {
         self.collect(byte).then(|| self.end_frame(Message::clone))
     }
 
-    /// Collects a byte, and returns whether it ends a frame, which [`Self::end_frame`] then opens.
+    /// Collects a byte, and returns whether it ends a frame, which [`Self::end_frame`] has to open
+    /// before the next byte comes.
     #[inline]
     pub fn collect(&mut self, byte: u8) -> bool {
         if byte == 0 {
@@ -53,8 +54,8 @@ impl Receiver {
         false
     }
 
-    /// Opens the frame that was collected, and lets `then` look at its message where it was
-    /// decoded: a message of a profile's size is copied by every value that contains it.
+    /// Opens the frame that was collected and passes a reference to its message to `then`, because
+    /// moving a message of a profile's size copies it.
     ///
     /// # Errors
     /// As [`Self::push`].

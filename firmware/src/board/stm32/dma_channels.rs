@@ -26,8 +26,8 @@ pub fn receive(ring: &'static [AtomicU8]) {
     });
 }
 
-/// Clears the flags of a byte that was lost or disturbed, with which nothing may be received; its
-/// frame fails its checksum.
+/// Clears the flags of a byte that was lost or disturbed, which may block reception; its frame
+/// fails its checksum.
 pub fn clear_errors() {
     USART2.icr().write(|w| {
         w.set_ore(true);
@@ -52,7 +52,7 @@ pub fn sends() -> bool {
 pub fn send(bytes: &[u8]) {
     let channel = DMA1.ch(SENDS);
     channel.cr().write(|w| w.set_en(false)); // a channel that runs takes no settings
-    DMA1.ifcr().write(|w| w.set_teif(SENDS, true)); // with which a channel does not start
+    DMA1.ifcr().write(|w| w.set_teif(SENDS, true)); // while it is set, the channel does not start
     channel.par().write_value(USART2.tdr().as_ptr() as u32);
     channel.mar().write_value(bytes.as_ptr() as u32);
     channel.ndtr().write(|w| w.set_ndt(bytes.len() as u16));

@@ -55,20 +55,21 @@ fn light_hands_on_stiff_tissue_neither_shake_nor_get_energy() {
     assert!(table.broken().is_empty(), "{:#?}\n{:#?}", table.broken(), table.worst);
 }
 
-/// Under a tilted capsule or ellipsoid as under upright tips: only devices whose force acts later
-/// than 3.5 ms create more than 0.1 mJ in a few contacts. A tilted flat end does on others too.
+/// Under tilted tips a few contacts give a hand more than 0.1 mJ, under a flat end more of them;
+/// everything else is as under upright tips.
 #[test]
 fn a_tilted_tip_gives_no_hand_more_than_is_promised() {
-    for (n, degrees) in [(0, 30.0), (1, 20.0), (2, 20.0)] {
+    for (n, degrees, most) in [(0, 30.0, 1), (1, 20.0, 1), (2, 20.0, 8)] {
         let ground = tilted(&GROUND, n, degrees);
-        let hands = Hands::new(&ground, TILTED_RUNS, 1, true);
-        let table = with(&hands, 0..TILTED_RUNS, AccountSettings::DEFAULT);
+        let table = with(&Hands::new(&ground, TILTED_RUNS, 1, true), 0..TILTED_RUNS, AccountSettings::DEFAULT);
         println!("tip {n}, {degrees} degrees: {:#?}", table.rows);
-        let late = |broken: &String| broken.starts_with("late to 5.5 ms") || broken.starts_with("later");
-        let flat_end = |broken: &String| n == 2 && !broken.contains("times its bound");
-        let broken: Vec<String> = table.broken().into_iter().filter(|broken| !late(broken) && !flat_end(broken)).collect();
+        let ticks: u64 = table.rows.values().map(|row| row.asked_ticks).sum();
+        assert!(ticks > TILTED_RUNS * 500, "{ticks} ticks with a force");
+        let (given, broken): (Vec<String>, Vec<String>) =
+            table.broken().into_iter().partition(|broken| broken.contains("contacts create more than 0.1 mJ"));
+        let count = |given: &String| given.split_whitespace().find_map(|word| word.parse::<u32>().ok()).unwrap();
+        assert!(given.iter().map(count).sum::<u32>() <= most, "tip {n}, {degrees} degrees: {given:#?}");
         assert!(broken.is_empty(), "tip {n}, {degrees} degrees: {broken:#?}\n{:#?}", table.worst);
-        assert!(table.rows.values().all(|row| row.share <= 1.0), "{:#?}", table.worst);
     }
 }
 

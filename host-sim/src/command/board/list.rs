@@ -50,7 +50,7 @@ pub(super) fn run(named: &[String]) -> Result<(), Error> {
         return Ok(());
     }
     Err(TissueError::Usage(format!(
-        "none of {} answers as a board of ours: is it powered and flashed? `palpate board status --port PORT` says more; a self-test image answers `palpate board self-test` alone",
+        "none of {} answers as a board of ours: is it powered and flashed? `palpate board status --port PORT` says more; only `palpate board self-test` reads a self-test image",
         if candidates.len() == 1 { "one port".into() } else { format!("{} ports", candidates.len()) }
     ))
     .into())

@@ -43,8 +43,8 @@ fn paths_break_no_invariant_under_tilted_tips() {
     }
 }
 
-/// Each shipped patch once, under a capsule (0), an ellipsoid (1) or a flat end (2) that is tilted
-/// over its long side.
+/// Each shipped patch once, under a capsule (0), an ellipsoid (1) or a flat end (2), tilted so that
+/// one end of its long side dips.
 pub fn tilted(ground: &PathGround, n: usize, degrees: f32) -> PathGround {
     let under = |patch: &PathPatch| {
         let axis = patch.params.probe.axis;
