@@ -55,8 +55,8 @@ fn light_hands_on_stiff_tissue_neither_shake_nor_get_energy() {
     assert!(table.broken().is_empty(), "{:#?}\n{:#?}", table.broken(), table.worst);
 }
 
-/// Under tilted tips a few contacts give a hand more than 0.1 mJ, under a flat end more of them;
-/// everything else is as under upright tips.
+/// Under tilted tips a few contacts give a hand more than 0.1 mJ. Under a flat end there are more
+/// of them, and forces are lost; everything else is as under upright tips.
 #[test]
 fn a_tilted_tip_gives_no_hand_more_than_is_promised() {
     for (n, degrees, most) in [(0, 30.0, 1), (1, 20.0, 1), (2, 20.0, 8)] {
@@ -69,6 +69,9 @@ fn a_tilted_tip_gives_no_hand_more_than_is_promised() {
             table.broken().into_iter().partition(|broken| broken.contains("contacts create more than 0.1 mJ"));
         let count = |given: &String| given.split_whitespace().find_map(|word| word.parse::<u32>().ok()).unwrap();
         assert!(given.iter().map(count).sum::<u32>() <= most, "tip {n}, {degrees} degrees: {given:#?}");
+        let lost = |broken: &String| n == 2 && broken.contains("of the force's ticks are lost");
+        let broken: Vec<String> = broken.into_iter().filter(|broken| !lost(broken)).collect();
+        assert!(table.rows.values().all(|row| row.lost() < if n == 2 { 0.02 } else { KNOWN_LOST }), "{:#?}", table.rows);
         assert!(broken.is_empty(), "tip {n}, {degrees} degrees: {broken:#?}\n{:#?}", table.worst);
     }
 }
