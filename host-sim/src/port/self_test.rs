@@ -144,7 +144,8 @@ impl Report {
         };
         let [set, needed] = self.brown_out;
         if set != needed {
-            line("supply", format!("its brown-out level is {set}: `STM32_Programmer_CLI -c port=SWD -ob BOR_LEV={needed}`"));
+            let remedy = format!("`STM32_Programmer_CLI -c port=SWD -ob BOR_LEV={needed}`");
+            line("supply", format!("the chip's brown-out level is {set}, set {needed}: {remedy}"));
         }
         line("patch", format!("{} nodes, checksum {}", self.nodes, self.patch_checksum));
         line("clock", format!("{:.1} MHz: {}", f64::from(self.clock_hz) / 1e6, self.clock));
