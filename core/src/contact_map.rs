@@ -24,7 +24,7 @@ use crate::model::Model;
 use crate::params::Tuned;
 #[cfg(not(target_os = "none"))]
 use crate::stages::force::foundation::Sixteen;
-use crate::stages::force::foundation::{Four, Nine, Points, centre_m, penetration, push, turned_away};
+use crate::stages::force::foundation::{Four, Nine, Points, against, centre_m, push, pushed_out, turned_away};
 use crate::stages::force::friction;
 #[cfg(not(target_os = "none"))]
 use crate::stages::force::stiffening;
@@ -170,9 +170,9 @@ fn of_points<P: Points<Q>, const Q: usize, const STIFFENED: bool>(
         let triangle_m2 = covered::of_triangle(probe, shaft, corners, |at_m, area_m2| sum.add_area(at_m, area_m2));
         let lasting = P::at(triangle.node.map(|n| lasting(tuned, state, n)));
         let stiffer = P::at(if STIFFENED { nodes.map(|node| node.p) } else { [0.0; 3] });
-        let mut pushed = 0.0;
+        let (against, mut pushed) = (against(tuned, corners), 0.0);
         for (((d, law), lasting), stiffer) in P::at(corners).into_iter().zip(law).zip(lasting).zip(stiffer) {
-            let Some((pen, out)) = penetration(probe, shaft, d) else { continue };
+            let Some((pen, out)) = pushed_out(probe, shaft, d, against) else { continue };
             let k = if STIFFENED { law.k * (0.5 + stiffer) } else { law.k };
             let push = k * pen * (1.0 + model.stiffening_per_m * pen) * lasting;
             sum.add_push(d, out, push);

@@ -55,9 +55,13 @@ fn solved(case: &OffTheMiddle, degrees: f64, least_m: f64) -> Vec<[f64; 2]> {
     DEPTHS_M.map(&mut at).to_vec()
 }
 
+fn turned(bench: &Bench, tilted: &Params) -> Bench {
+    bench.clone().with(|p| (p.probe, p.orientation) = (tilted.probe, tilted.orientation))
+}
+
 /// Forces of a patch, held, over E [m^2], and its torques, as of [`solved`].
 fn pressed(bench: &Bench, tilted: &Params) -> Vec<[f64; 2]> {
-    let bench = bench.clone().with(|p| (p.probe, p.orientation) = (tilted.probe, tilted.orientation));
+    let bench = turned(bench, tilted);
     let model = bench.patch.wide_model();
     let mut memory = bench.memory();
     let (tuned, mut state) = memory.start(&model, &bench.params).unwrap();
@@ -125,13 +129,60 @@ fn an_ellipsoids_force_is_that_of_finite_elements_at_every_tilt() {
     }
 }
 
-/// A flat end misses 3 %, as it does upright: patches by formulas are that far off, and one that
-/// was fitted to a hemisphere loses up to two fifths of the force of a shallow edge.
+/// A flat end misses 3 %, as it does upright: patches by formulas are that far off (upright 4.7 %),
+/// and one that was fitted to a hemisphere loses up to two fifths of the force of a shallow edge.
 #[test]
 #[ignore = "long: finite elements of half a block, and patches of thousands of nodes"]
-fn a_flat_ends_force_is_within_five_percent_of_finite_elements_once_its_edge_is_deep() {
+fn a_flat_ends_force_is_near_that_of_finite_elements_once_its_edge_is_deep() {
     let case = flat_end(0.0, [0.0; 2]);
     for degrees in [10.0, 20.0, 30.0] {
-        assert_forces(&case, degrees, 2.2e-3, 2e-3, [case.by_formulas(0.9e-3)], [0.05, 0.07]);
+        assert_forces(&case, degrees, 2.2e-3, 2e-3, [case.by_formulas(0.9e-3)], [0.055, 0.04]);
+    }
+}
+
+/// Work that a patch does on the tip that is led around a rectangle of 6 mm along the surface and
+/// 2 mm of depth, in both senses [J], and its largest forces across and along the press [N].
+fn around(bench: &Bench, tilted: &Params) -> ([f32; 2], [f32; 2]) {
+    let bench = turned(bench, tilted);
+    let model = bench.patch.wide_model();
+    let mut memory = bench.memory();
+    let (tuned, mut state) = memory.start(&model, &bench.params).unwrap();
+    let touch_m = bench.patch.touch_m(&bench.params);
+    let corners = [[-3e-3, 1e-3], [3e-3, 1e-3], [3e-3, 3e-3], [-3e-3, 3e-3]];
+    let corners = corners.map(|[x, depth]: [f32; 2]| Vector3::new(x, 0.0, -depth));
+    let mut at = corners[0] + Vector3::z() * 2e-3;
+    let mut largest_n = [0.0_f32; 2];
+    let mut go = |to: Vector3<f32>| {
+        let from = at;
+        let steps = ((to - from).norm() / 4e-6).ceil() as u16;
+        let mut work_j = 0.0;
+        for step in 1..=steps {
+            let next = from + (to - from) * (f32::from(step) / f32::from(steps));
+            let output = tick(&model, &tuned, &mut state, ProbePose { tip_m: touch_m + next });
+            assert_eq!(output.fault, None);
+            work_j += output.force_n.dot(&(next - at));
+            largest_n = [largest_n[0].max(output.force_n.x.abs()), largest_n[1].max(output.force_n.z)];
+            at = next;
+        }
+        work_j
+    };
+    go(corners[0]);
+    let work_j = [[1, 2, 3, 0], [3, 2, 1, 0]].map(|order| order.iter().map(|n| go(corners[*n])).sum());
+    (work_j, largest_n)
+}
+
+/// Over level tissue the stored energy does not depend on the place, so a slow way around returns
+/// what it took and no force acts along the surface, apart from what the block's sides and the mesh
+/// give. A flat end that pushed along its own axis gave 0.16 mJ here, and leaned by a third.
+#[test]
+fn a_slow_way_around_under_a_tilted_tip_creates_no_energy() {
+    let flat = [5.0, 20.0, 30.0].map(|degrees| (flat_end(0.0, [0.0; 2]), degrees));
+    let long = [(capsule(0.0, [0.0; 2]), 20.0), (ellipsoid(0.0, [0.0; 2]), 20.0)];
+    let tips = || flat.iter().chain(&long);
+    for (nodes, (case, degrees)) in [130, 410, 1020].into_iter().flat_map(|nodes| tips().map(move |tip| (nodes, tip))) {
+        let (work_j, [across_n, up_n]) = around(&Bench::calibrated(nodes), &tilted(case, *degrees));
+        println!("{nodes} nodes, {degrees} degrees: {work_j:?} J, {across_n} N across, {up_n} N up");
+        assert!(work_j.iter().all(|work_j| work_j.abs() < 2e-5), "{nodes} nodes, {degrees} degrees: {work_j:?} J");
+        assert!(across_n < 0.1 * up_n, "{nodes} nodes, {degrees} degrees: {across_n} N across, {up_n} N up");
     }
 }

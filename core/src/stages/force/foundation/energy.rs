@@ -4,7 +4,7 @@
 use nalgebra::Vector3;
 
 use super::points::{Four, Nine, Points, Sixteen};
-use super::{centre_m, penetration, turned_away};
+use super::{against, centre_m, pushed_out, turned_away};
 use crate::lanes::vector;
 use crate::model::Model;
 use crate::params::Tuned;
@@ -33,10 +33,10 @@ fn store_points<P: Points<Q>, const Q: usize>(model: &Model, tuned: &Tuned, stat
         let index = usize::from(candidate);
         let (Some(triangle), Some(points_law)) = (model.triangles.get(index), laws.get(index)) else { continue };
         let corners = triangle.node.map(|n| vector(&node(state.nodes, n).x) - centre);
-        let points = P::at(corners);
+        let (points, against) = (P::at(corners), against(tuned, corners));
         let mut touched = false;
         let energy = core::array::from_fn::<_, Q, _>(|n| {
-            let Some((pen, _)) = penetration(probe, shaft, points[n]) else { return 0.0 };
+            let Some((pen, _)) = pushed_out(probe, shaft, points[n], against) else { return 0.0 };
             touched = true;
             points_law[n].k * (pen * pen) * (0.25 + 0.5 * third * pen)
         });
