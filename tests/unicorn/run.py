@@ -9,7 +9,7 @@ the end of the input a last line describes the whole run.
 
 A scenario may contain `events`, each of which happens before the period `at`: `loop` replaces the start of the function
 whose name contains `symbol` by an endless loop until the watchdog's reset, `hard fault` happens at that function,
-`no ticks` stops the tick timer, at `overrun` the UART loses a byte, `probe` is a debug probe that wants a full log to wait
+`no ticks` stops the tick timer, at `overrun` the UART loses a byte, at `transfer error` the DMA that sends stops, `probe` is a debug probe that wants a full log to wait
 for it and never reads, `stop` opens the stop circuit for one period, in which with `supply` the amplifiers' supply is low,
 the board is going to `restart` itself and the power fails during operation number `power_fails_in` of the flash, or the
 `power` fails at once. `values` are registers that differ after a reset, `cycles_per_reading` is the speed of the cycle
@@ -108,6 +108,8 @@ def main():
                 chip.plant_hard_fault(place_of(chip, event["symbol"]), event["cfsr"], event["bfar"])
             elif happens == "overrun":
                 chip.overrun = True
+            elif happens == "transfer error":
+                chip.fail_transfer()
             elif happens == "probe":
                 write(chip, chip.symbols["_SEGGER_RTT"] + FIRST_CHANNEL_MODE, BLOCK_IF_FULL)
             elif happens == "no ticks":

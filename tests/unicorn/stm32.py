@@ -33,6 +33,10 @@ CHIPS = {
             "USART": 0x4000_4800,
             "TIM1": 0x4001_0000,
             "IWDG": 0x5800_4800,
+            "GPIOA": 0x5802_0000,
+            "GPIOB": 0x5802_0400,
+            "GPIOC": 0x5802_0800,
+            "GPIOD": 0x5802_0C00,
             "GPIOE": 0x5802_1000,
             "GPIOF": 0x5802_1400,
             "RCC": 0x5802_4400,
@@ -56,6 +60,10 @@ CHIPS = {
             "TIM7": (0xE8, 5),
             "USART": (0xE8, 18),
             "TIM1": (0xF0, 0),
+            "GPIOA": (0xE0, 0),
+            "GPIOB": (0xE0, 1),
+            "GPIOC": (0xE0, 2),
+            "GPIOD": (0xE0, 3),
             "GPIOE": (0xE0, 4),
             "GPIOF": (0xE0, 5),
         },
@@ -114,6 +122,7 @@ CHIPS = {
         "irq": {"TIM7": 55},
         # streams 5 and 6 with their settings, the second one's flags with "complete", their register and the one that clears them
         "dma": ([0x88, 0xA0], [4 << 25, 4 << 25 | 1 << 6], (0x3D << 16, 1 << 21, 0x04, 0x0C)),
+        "transfer_error": 1 << 19,
         "clock_hz": 180_000_000,
         "flash": ([(0, 0x4002_3C00)], 0x04, 0x10, (31, 0, 1, 16), (3, 4), [0x4000] * 4 + [0x1_0000] + [0x2_0000] * 3),
         "window_hz": 45_000_000 / 4096,
@@ -158,8 +167,9 @@ CHIPS = {
         "reset_cause": (0x94, 1 << 29, 1 << 27),
         "usart": (0x1C, 0x24, 0x28),
         "irq": {"TIM7": 55},
-        # channels 1 and 2, whose requests the multiplexer selects
-        "dma": ([0x08, 0x1C], [0, 1 << 4], (0, 0, 0x00, 0x04)),
+        # channels 1 and 2, whose requests the multiplexer selects; "complete" stops none
+        "dma": ([0x08, 0x1C], [0, 1 << 4], (1 << 7, 0, 0x00, 0x04)),
+        "transfer_error": 1 << 7,
         "requests": [26, 27],
         "clock_hz": 170_000_000,
         # the highest bit of the number selects the bank
@@ -348,7 +358,7 @@ class Stm32(Chip):
         if offset in places and value & 1:
             place = places.index(offset)
             assert not self.at(address) & 1, "it runs already"
-            increment = 1 << (10 if flags else 7)
+            increment = 1 << (7 if "requests" in self.row else 10)
             circular = increment >> 2 if place == 0 else 0
             assert value == settings[place] | increment | circular | 1, f"{value:#x}"
             requests = self.row.get("requests")
@@ -374,6 +384,12 @@ class Stm32(Chip):
             if not left and complete:
                 self.registers[sends] &= ~1
                 self.registers[self.base["DMA1"] + status] = self.of("DMA1", status) | complete
+
+    def fail_transfer(self):
+        """The DMA that sends stops with an error, in the middle of its bytes."""
+        places, _, (_, _, status, _) = self.row["dma"]
+        self.registers[self.base["DMA1"] + places[1]] &= ~1
+        self.registers[self.base["DMA1"] + status] = self.of("DMA1", status) | self.row["transfer_error"]
 
     def cr3(self):
         """The USART's third control register."""

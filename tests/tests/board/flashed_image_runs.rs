@@ -364,16 +364,19 @@ fn an_open_stop_circuit_ends_the_force_in_the_tick_in_which_it_opens() {
     }
 }
 
-/// An STM32 receives nothing while the flag of a lost byte is set.
+/// An STM32 receives nothing while the flag of a lost byte is set, and a DMA with the flag of an
+/// error sends nothing.
 #[test]
-fn a_board_hears_its_host_again_after_the_uart_lost_a_byte() {
-    for board in [Flashed::H743, Flashed::F446, Flashed::G474] {
+fn a_board_and_its_host_hear_each_other_again_after_an_error_of_the_link() {
+    let lost = [Flashed::H743, Flashed::F446, Flashed::G474].map(|board| (board, "overrun"));
+    let stopped = [Flashed::F446, Flashed::G474].map(|board| (board, "transfer error"));
+    for (board, how) in lost.into_iter().chain(stopped) {
         let mut periods = axes(ARM_AT);
         periods[30].says = Some(ToBoard::Report);
-        let scenario = Scenario { periods: &periods, more: json!({"events": [{"at": 20, "how": "overrun"}]}) };
+        let scenario = Scenario { periods: &periods, more: json!({"events": [{"at": 20, "how": how}]}) };
         let Some(journal) = run(target(), board, &scenario) else { return };
-        let answered = Journal::messages(&journal.rows).iter().any(|message| matches!(message, FromBoard::State { .. }));
-        assert!(answered, "{board:?}");
+        let is_state = |message: &FromBoard| matches!(message, FromBoard::State { .. });
+        assert!(Journal::whole_messages(&journal.rows[20..]).iter().any(is_state), "{board:?}: {how}");
     }
 }
 
