@@ -6,6 +6,8 @@ use palpate_fit::identify::record::{Record, Table};
 use palpate_fit::identify::study::{Identified, Plan, identify, identify_within};
 use palpate_tests::indentation::{Indentation, Tally};
 use palpate_tests::palpate_command::repository;
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rand_xoshiro::rand_core::{Rng, SeedableRng};
 use serde_json::Value;
 
 const PHANTOM: &str = include_str!("../../../host-sim/book/src/guide/phantom.csv");
@@ -125,6 +127,37 @@ fn the_shipped_phantom_is_the_one_that_is_made() {
     let shipped = records(PHANTOM).remove(0);
     let off = made.force_n.iter().zip(&shipped.force_n).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     assert!(made.force_n.len() == shipped.force_n.len() && off < 2e-5, "{off}: run rewrite_the_phantom");
+}
+
+/// Rows of a press into a half-space and its hold, with noise and drift given as shares of the peak
+/// (drift: until the peak).
+fn with_drift(case: u64, noise: f64, drift: f64) -> Vec<[f64; 3]> {
+    let mut random = Xoshiro256PlusPlus::seed_from_u64(case);
+    let mut uniform = || (random.next_u64() >> 11) as f64 / 9_007_199_254_740_992.0;
+    let [lead_s, press_s] = [0.2 + 0.4 * uniform(), 0.7 + 1.3 * uniform()];
+    let row = |n: u32| {
+        let t = f64::from(n) / 60.0;
+        let depth_mm = (3.0 * (t - lead_s) / press_s).min(3.0);
+        let normal: f64 = (0..12).map(|_| uniform()).sum::<f64>() - 6.0;
+        let force = (depth_mm.max(0.0) / 3.0).powf(1.5) + drift * t / (lead_s + press_s) + noise * normal;
+        [t, (depth_mm + 5.0) * 1e-3, force]
+    };
+    (0..((lead_s + press_s + 3.0) * 60.0) as u32).map(row).collect()
+}
+
+/// A test of a quiet sensor with 1 to 3 % of noise is not refused as one that drifts. A drift that
+/// is seen is refused.
+#[test]
+fn noise_is_no_drift() {
+    let refused = |noise: f64, drift: f64, tests: u64| -> usize {
+        let tests = (0..tests).map(|case| Record::of("made up", with_drift(case, noise, drift), 0.01));
+        tests.filter(|test| test.as_ref().is_err_and(|why| why.contains("the sensor drifts"))).count()
+    };
+    for (noise, seen) in [(0.01, 180), (0.02, 140), (0.03, 90)] {
+        let [none, drifts] = [refused(noise, 0.0, 1000), refused(noise, 0.5, 200)];
+        println!("{noise} of noise: {none} of 1000 without a drift are refused, {drifts} of 200 with one of half the peak");
+        assert!(none <= 1 && drifts > seen, "{noise} of noise: {none} and {drifts}");
+    }
 }
 
 /// Share of cases whose truth lies in the 90 % interval, and share of the values that are given as

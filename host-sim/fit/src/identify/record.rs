@@ -25,6 +25,10 @@ const MOST_TRIED: usize = 200;
 const FEWEST_BEFORE: usize = 8;
 /// Largest change of the force by drift until the peak, as a share of the peak (1).
 const MOST_DRIFT: f64 = 0.05;
+/// Smallest drift that is believed, in standard errors of a line through the rows before contact
+/// (1). With three, one in a hundred tests of a quiet sensor was refused, since contact is found
+/// from the same noise.
+const UNSURE: f64 = 4.5;
 /// Share of the deepest depth by which it must fall to count as a retreat (1).
 const FALL: f64 = 0.015;
 /// Mean speeds of a press that are believed [mm/s].
@@ -188,8 +192,9 @@ impl Record {
         let starts_before = touch >= FEWEST_BEFORE;
         if starts_before {
             let drift_n = drift_n_per_s * (rows[at_peak][0] - rows[0][0]);
-            // a saturated sensor has no noise later on
-            let unsure_n = 3.0 * 3.5 * noise(&force[..touch]) / (touch as f64).sqrt() * (at_peak as f64 / touch as f64);
+            // a saturated sensor has no noise later on; the noise of few rows alone is uncertain
+            let noise_n = noise_n.max(noise(&force[..touch]));
+            let unsure_n = UNSURE * noise_n * 12_f64.sqrt() / (touch as f64).sqrt() * (at_peak as f64 / touch as f64);
             if drift_n.abs() > (MOST_DRIFT * peak).max(unsure_n) {
                 return bad(format!(
                     "the force changes by {drift_n_per_s:.3} N per second before contact, {:.0} % of its peak until the peak: the sensor drifts, or depth and force are swapped; let the sensor warm up, or correct the names of the columns",
