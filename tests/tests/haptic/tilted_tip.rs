@@ -1,5 +1,6 @@
 //! A tilted tip in the loop: fixed by the scene, turned by a device, watched, and refused.
 
+use palpate::haptic::account::{AccountSettings, EnergyAccount};
 use palpate::haptic::cycle::{Renderer, Settings};
 use palpate::{Output, Params, Probe, ProbePose, ProbeShape, Vector3};
 use palpate_loop::closed_loop::device::DeviceProfile;
@@ -8,7 +9,7 @@ use palpate_loop::closed_loop::prepared::Prepared;
 use palpate_loop::closed_loop::run::{Setup, run};
 use palpate_loop::closed_loop::stimulus::Stimulus;
 use palpate_loop::closed_loop::surface::with_tissue;
-use palpate_loop::haptic_session::HapticSession;
+use palpate_loop::haptic_session::{HapticSession, Input};
 use palpate_loop::live::LiveTissue;
 use palpate_tests::bench::Bench;
 use palpate_tissue::scene::{Scene, SceneError};
@@ -17,15 +18,18 @@ use palpate_tissue::session::calibrated;
 const CAPSULE: &str = "shape = \"capsule\"\nradius_m = 0.006\nlength_m = 0.012\nalong = [1.0, 0.0, 0.0]";
 const FLAT: &str = "shape = \"flat\"\nradius_m = 0.008";
 
-fn scene(tip: &str, tilt_deg: [f64; 3]) -> Result<Scene, SceneError> {
+fn text(tip: &str, tilt_deg: [f64; 3]) -> String {
     // Rust writes NaN, TOML nan
     let tilt_deg = format!("{tilt_deg:?}").to_lowercase();
-    let text = format!(
+    format!(
         "name = \"tilted\"\n[tissue]\nblock_m = [0.08, 0.08, 0.04]\nyoungs_modulus_pa = 3500.0\npoisson_ratio = 0.45\n\
          density_kg_per_m3 = 1060.0\nnodes = 410\n[probe]\n{tip}\ntilt_deg = {tilt_deg}\n\
          [drive]\nkind = \"depth\"\nholds_m = [0.003]\nramp_m_per_s = 0.04\nhold_s = 0.1\n"
-    );
-    Scene::parse("tilted", &text)
+    )
+}
+
+fn scene(tip: &str, tilt_deg: [f64; 3]) -> Result<Scene, SceneError> {
+    Scene::parse("tilted", &text(tip, tilt_deg))
 }
 
 /// The quaternion of a tilt about y.
@@ -150,5 +154,42 @@ fn a_tilted_capsule_is_quiet_in_the_loop() {
         let run = with_tissue(&tissue.patch, &tissue.params, |tissue| run(&setup, tissue)).unwrap().unwrap();
         let label = format!("{} {id}: {:?}, {:?}, {:?}", hand.id, run.hold, run.broken, run.fault);
         assert!(run.quiet() && run.created_j <= 0.01e-3 && run.peak_n > 0.05, "{label}: {} J, {} N", run.created_j, run.peak_n);
+    }
+}
+
+/// A device that turns the tip but has no torque lets a hand put energy into the tissue without
+/// effort: it presses the tip upright, tilts it about its middle at the depth, and the tissue pushes
+/// out harder than it was pressed. The account gives the hand no more than the printed bound.
+#[test]
+fn a_tip_that_turns_without_effort_gives_no_more_than_the_printed_bound() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("turns.toml");
+    for (tip, device) in [(FLAT, "touch"), (FLAT, "inverse3"), (CAPSULE, "inverse3")] {
+        let stiff = text(tip, [0.0; 3]).replace("3500.0", "20000.0").replace("nodes = 410", "nodes = 130");
+        std::fs::write(&file, stiff).unwrap();
+        let mut session = HapticSession::open(file.to_str().unwrap(), None, device).unwrap();
+        session.arm().unwrap();
+        let site_m = session.tissue().patch().site_m();
+        // what the hand is given by the loop, and what the patch's own force would give
+        let (mut given_j, mut owns_j, mut most_j) = (0.0_f32, 0.0_f32, 0.0_f32);
+        let (mut at_m, mut force_n, mut own_n) = (site_m + Vector3::z() * 4e-3, Vector3::zeros(), Vector3::zeros());
+        let cycle = [(0.0, -4e-3_f32), (0.0, 3e-3), (30.0, 3e-3), (30.0, -4e-3)];
+        for (degrees, depth_m) in (0..10_u8).flat_map(|_| cycle) {
+            session.turn(about_y(degrees)).unwrap();
+            let step_m = (site_m - Vector3::z() * depth_m - at_m) * 4e-3;
+            for _ in 0..250 {
+                at_m += step_m;
+                given_j += force_n.dot(&step_m);
+                owns_j += own_n.dot(&step_m);
+                most_j = most_j.max(given_j);
+                let telemetry = session.tick(&Input::at(at_m));
+                (force_n, own_n) = (telemetry.applied_n, telemetry.output.force_n);
+            }
+        }
+        let bound_j = EnergyAccount::bound(&AccountSettings::DEFAULT, session.device(), 1e-3, 0).within_j(10.0);
+        let tip = tip.lines().next().unwrap();
+        println!("{tip} on {device}: {most_j} J of {bound_j} J; the patch's own force {owns_j} J");
+        assert_eq!(session.telemetry().unwrap().fault, None);
+        assert!(owns_j > 2e-3 && most_j <= bound_j, "{tip} on {device}: {most_j} J of {bound_j} J, {owns_j} J");
     }
 }
