@@ -158,8 +158,8 @@ fn a_tilted_capsule_is_quiet_in_the_loop() {
 }
 
 /// A device that turns the tip but has no torque lets a hand put energy into the tissue without
-/// effort: it presses the tip upright, tilts it about its middle at the depth, and the tissue pushes
-/// out harder than it was pressed. The account gives the hand no more than the printed bound.
+/// effort: it presses the tip upright, tilts it about its middle at the depth, and the tissue then
+/// pushes harder than it was pressed. The account gives the hand no more than the printed bound.
 #[test]
 fn a_tip_that_turns_without_effort_gives_no_more_than_the_printed_bound() {
     let folder = tempfile::tempdir().unwrap();
