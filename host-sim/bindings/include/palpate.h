@@ -364,7 +364,7 @@ enum palpate_code palpate_set_modulus(palpate_session session, double youngs_mod
 // upright pose, a unit quaternion x, y, z, w in the scene's frame, by at most 45 degrees. It
 // replaces the scene's tilt until the next call; a device that measures it calls this before each
 // tick. Positions are then those of the point of the turned probe that is lowest when it is
-// upright.
+// upright. Damping and friction act on the displacement of that point alone, not on the rotation.
 //
 // # Safety
 // `orientation` points to four doubles.

@@ -362,7 +362,7 @@ pub extern "C" fn palpate_set_modulus(session: Session, youngs_modulus_pa: f64) 
 /// upright pose, a unit quaternion x, y, z, w in the scene's frame, by at most 45 degrees. It
 /// replaces the scene's tilt until the next call; a device that measures it calls this before each
 /// tick. Positions are then those of the point of the turned probe that is lowest when it is
-/// upright.
+/// upright. Damping and friction act on the displacement of that point alone, not on the rotation.
 ///
 /// # Safety
 /// `orientation` points to four doubles.

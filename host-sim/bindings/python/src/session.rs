@@ -216,7 +216,7 @@ impl Session {
 
     /// Turns the probe about its tip from the next tick on, to a rotation from its upright pose: a
     /// unit quaternion x, y, z, w in the scene's frame, by at most 45 degrees. It replaces the
-    /// scene's tilt until the next call.
+    /// scene's tilt until the next call. Damping and friction act on the tip's displacement alone.
     fn turn(&self, orientation: [f32; 4]) -> PyResult<()> {
         self.inner()?.turn(orientation).map_err(|error| PalpateError::new_err(error.to_string()))
     }

@@ -10,7 +10,8 @@ impl HapticSession {
     /// x, y, z, w in the scene's frame. It replaces the scene's tilt and holds until the next call;
     /// a device that measures it calls this before each tick. Positions are then those of the point
     /// of the turned probe that is lowest when it is upright. The probe turns no faster than its
-    /// farthest point may sink into the tissue.
+    /// farthest point may sink into the tissue. Damping and friction act on the displacement of
+    /// that point alone, not on the rotation.
     ///
     /// # Errors
     /// [`BuildError::OutOfRange`]: the quaternion is not one, or tilts the probe by more than 45
