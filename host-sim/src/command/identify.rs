@@ -100,7 +100,7 @@ impl IdentifyArgs {
         stop::says_what_stays(&folder);
         let out = self.write(&folder, &found, &records, &[])?;
         let odd = records.iter().find_map(Record::odd_speed);
-        let doubtful = odd.is_some() || !found.estimates.iter().all(Estimate::told);
+        let doubtful = odd.is_some() || found.trusts_zero || !found.estimates.iter().all(Estimate::told);
         let headline = odd.map_or_else(String::new, |odd| odd + "; ") + &report::headline(&found);
         let verdict = Verdict::ok(headline.clone()).warning_if(doubtful).first();
         report::print(self, &found, &records, &notes);

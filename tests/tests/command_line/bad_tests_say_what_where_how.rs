@@ -22,7 +22,7 @@ fn changed(names: &str, change: impl Fn(usize, [f64; 3]) -> Option<[f64; 3]>) ->
 #[test]
 fn every_fault_of_a_test_is_named_with_its_remedy() {
     let same = |_: usize, row: [f64; 3]| Some(row);
-    let cases: [(&str, String, &[&str]); 16] = [
+    let cases: [(&str, String, &[&str]); 17] = [
         ("swapped", changed("time_s,force_N,depth_cm", |_, [t, d, f]| Some([t, d * 0.1, f * 1e-3])), &["swapped", "names"]),
         ("newtons", changed("time_s,depth_mm,force_N", same), &["modulus would be", "mN", "units"]),
         ("metres", changed("time_s,depth_m,force_mN", same), &["unit of the depth", "--thickness"]),
@@ -44,6 +44,11 @@ fn every_fault_of_a_test_is_named_with_its_remedy() {
         ("pulling", changed(NAMES, |_, [t, d, f]| Some([t, d, -f])), &["force is negative", "positive"]),
         ("decimal comma", changed(NAMES, same).replace('.', ","), &["line 2", "decimal commas", "semicolons"]),
         ("names", changed("a,b,c", same), &["no column of time and depth and force", "profondeur", "depth_mm"]),
+        (
+            "no such unit",
+            changed("Time (weeks),depth_mm,force_mN", same),
+            &["\"Time (weeks)\" has no unit that is known", "time_s"],
+        ),
         ("no unit", changed("time_s,depth,force_mN", same), &["\"depth\" has no unit", "depth_mm"]),
         ("word", changed(NAMES, same).replacen("5.", "x.", 1), &["is no number", "leave the row out"]),
         ("empty", String::new(), &["empty"]),

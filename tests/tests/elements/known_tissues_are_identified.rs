@@ -160,6 +160,56 @@ fn noise_is_no_drift() {
     }
 }
 
+/// A press of a second and a hold of an hour: the press keeps its rows, and the hold keeps fewer as
+/// time passes.
+#[test]
+fn a_long_hold_leaves_the_press_its_rows() {
+    let row = |n: u32| {
+        let depth_mm = (f64::from(n) * 0.05 - 1.0).min(2.0);
+        [f64::from(n) / 50.0, depth_mm * 1e-3, depth_mm.max(0.0).powf(1.5)]
+    };
+    let made = Record::of("made up", (0..180_000).map(row).collect(), 0.01).unwrap();
+    let times: Vec<f64> = made.time_s.clone();
+    println!("{} rows of the press, {} in all, to {} s", made.segments.press.end, times.len(), times[times.len() - 1]);
+    assert!((40..=70).contains(&made.segments.press.end) && times.len() < 2000, "{:?}", made.segments);
+    assert!(times.windows(2).all(|t| t[1] > t[0] && t[1] - t[0] <= 0.021 + 0.02 * t[0]));
+    assert!(times[times.len() - 1] > 3400.0);
+}
+
+/// A tip that rests on the tissue before the press is not in air, although its force is level.
+#[test]
+fn a_tip_at_rest_proves_no_air() {
+    for (rests_mm, speed_mm_per_s, in_air) in [(0.4, 0.0, false), (0.0, 0.0, false), (-0.5, 0.2, true)] {
+        let row = |n: u32| {
+            let t = f64::from(n) / 50.0;
+            let depth_mm = (rests_mm + speed_mm_per_s * t.min(2.5) + (t - 2.5).max(0.0)).min(2.0);
+            [t, depth_mm * 1e-3, depth_mm.max(0.0).powf(1.5) - f64::max(rests_mm, 0.0).powf(1.5)]
+        };
+        let made = Record::of("made up", (0..400).map(row).collect(), 0.01).unwrap();
+        assert_eq!(made.starts_before, in_air, "at rest at {rests_mm} mm");
+    }
+}
+
+/// A press is recorded from the surface on, and with a hold of half an hour. The modulus stays, and
+/// a zero that the rows do not show is named.
+#[test]
+fn the_way_in_which_a_test_is_recorded_does_not_change_the_modulus() {
+    let made = Indentation { durations_s: [0.5, 2.0, 10.0, 0.0], ..Indentation::phantom() };
+    let rows = made.rows();
+    let last = rows[rows.len() - 1];
+    let held = (1..90_000).map(|n| [last[0] + f64::from(n) * 0.02, last[1], last[2]]);
+    let long: Vec<[f64; 3]> = rows.iter().copied().chain(held).collect();
+    let from_surface: Vec<[f64; 3]> = rows.iter().copied().filter(|row| row[1] > 1e-3).collect();
+    for (name, rows, in_air) in [("long hold", long, true), ("from the surface", from_surface, false)] {
+        let plan = Plan { ball_m: made.setup.ball_m, block_m: made.setup.block_m, poisson_ratio: 0.45, leave_out: 0 };
+        let found = identify(&plan, &[Record::of(name, rows, 0.01).unwrap()]).unwrap();
+        let e = found.of(Quantity::Modulus).unwrap();
+        println!("{name}: E {:.0} in {:.0?}, told {}, {:?}", e.value, e.interval, e.told(), found.tissue.terms);
+        assert!((e.value / 12e3 - 1.0).abs() < 0.05, "{name}: {e:?}");
+        assert_eq!(found.trusts_zero, !in_air, "{name}");
+    }
+}
+
 /// Share of cases whose truth lies in the 90 % interval, and share of the values that are given as
 /// told that are within the target.
 #[test]

@@ -53,6 +53,8 @@ pub struct Estimate {
     pub value: f64,
     /// 90 % interval by the profile likelihood.
     pub interval: [f64; 2],
+    /// Whether an end of the interval is where the fit stops looking, and not the data's.
+    pub open: bool,
 }
 
 /// Settings of a fit.
@@ -152,7 +154,9 @@ impl<'a> Problem<'a> {
     pub fn new(elastic: &'a Elastic, records: &'a [Record], rows: Vec<usize>, settings: Settings) -> Self {
         let span = |record: &Record, rows: usize| record.time_s[rows - 1] - record.time_s[0];
         let longest_s = records.iter().zip(&rows).map(|(r, n)| span(r, *n)).fold(0.0, f64::max);
-        let step_s = records.iter().map(|r| (r.time_s[r.time_s.len() - 1] - r.time_s[0]) / r.time_s.len() as f64);
+        // a hold's points are ever sparser
+        let press = |r: &Record| r.segments.press.end.clamp(2, r.time_s.len());
+        let step_s = records.iter().map(|r| (r.time_s[press(r) - 1] - r.time_s[0]) / press(r) as f64);
         let press_s = records.iter().map(|r| r.span_m() / r.speed_m_per_s()).fold(f64::MAX, f64::min);
         let fast_s = (2.0 * step_s.fold(f64::MAX, f64::min)).max(press_s / 20.0);
         let times_s = settings.times_s.unwrap_or([fast_s, 3.0 * longest_s]);
@@ -393,8 +397,13 @@ impl<'a> Problem<'a> {
         if matches!(of, Quantity::Share(_) | Quantity::Time(_)) {
             return own;
         }
-        let others = fit.rivals.iter().map(|rival| self.estimate_alone(rival, of).interval);
-        Estimate { interval: others.fold(own.interval, |[a, b], [c, d]| [a.min(c), b.max(d)]), ..own }
+        let join = |[a, b]: [f64; 2], [c, d]: [f64; 2]| [a.min(c), b.max(d)];
+        let others = fit.rivals.iter().map(|rival| self.estimate_alone(rival, of));
+        others.fold(own, |own, other| Estimate {
+            interval: join(own.interval, other.interval),
+            open: own.open || other.open,
+            ..own
+        })
     }
 
     fn estimate_alone(&self, fit: &Fitted, of: Quantity) -> Estimate {
@@ -445,7 +454,11 @@ impl<'a> Problem<'a> {
             Quantity::Exponent => x.exp_m1(),
             Quantity::Share(_) | Quantity::Contact(_) => x,
         };
-        Estimate { of, value: outer(at), interval: [side(-1.0), side(1.0)].map(outer) }
+        let ends = [side(-1.0), side(1.0)];
+        // neither exponent nor share can be below zero
+        let floor = matches!(of, Quantity::Exponent | Quantity::Share(_));
+        let open = range[0] < range[1] && (ends[0] == range[0] && !floor || ends[1] == range[1]);
+        Estimate { of, value: outer(at), interval: ends.map(outer), open }
     }
 }
 

@@ -23,6 +23,9 @@ const POWERS: [f64; 4] = [1.5, 2.0, 2.75, 4.0];
 const MOST_TRIED: usize = 200;
 /// Number of rows before contact from which the zero of the force and its drift are known.
 const FEWEST_BEFORE: usize = 8;
+/// Way of the tip before contact, as a share of the depth (1), without which it may have been at
+/// rest on the tissue.
+const LEAST_APPROACH: f64 = 0.05;
 /// Largest change of the force by drift until the peak, as a share of the peak (1).
 const MOST_DRIFT: f64 = 0.05;
 /// Smallest drift that is believed, in standard errors of a line through the rows before contact
@@ -37,8 +40,10 @@ const SPEEDS_MM_PER_S: std::ops::RangeInclusive<f64> = 0.01..=1000.0;
 const SATURATED: usize = 6;
 /// Exponent of force over depth below which a loading is none of a ball on tissue (1).
 const LEAST_EXPONENT: f64 = 0.6;
-/// Largest number of points of a test that are fitted; more are averaged.
+/// Largest number of points of a press that are fitted; more are averaged.
 const MOST_POINTS: usize = 600;
+/// Largest number of points of a hold, and of a retreat.
+const MOST_LATER: usize = 3 * MOST_POINTS;
 
 /// One test, from the surface on.
 #[derive(Clone, Debug, PartialEq)]
@@ -86,10 +91,26 @@ fn noise(values: &[f64]) -> f64 {
     second.get(second.len() / 2).map_or(0.0, |median| median / 0.6745 / 6_f64.sqrt())
 }
 
+/// Ranges of `step` rows, at most `most` of them. Where there are more, the distance between two
+/// grows with the time since the first row, as what relaxes changes ever more slowly. Each point
+/// averages as many rows, so that all have the same noise.
+fn thinned(rows: Range<usize>, step: usize, most: usize) -> Vec<Range<usize>> {
+    let count = rows.len().div_ceil(step);
+    let chosen = |growth: f64| -> Vec<usize> {
+        let next = |at: &usize| Some(at + 1.max((*at as f64 * growth) as usize)).filter(|at| *at < count);
+        std::iter::successors((count > 0).then_some(0), next).collect()
+    };
+    let growths = std::iter::successors(Some(0.0), |growth: &f64| Some((2.0 * growth).max(1.0 / 512.0)));
+    let places = growths.take(16).map(chosen).find(|places| places.len() <= most).unwrap_or_default();
+    let start = |at: usize| (rows.start + at * step).min(rows.end);
+    places.into_iter().map(|at| start(at)..start(at + 1)).collect()
+}
+
 /// Range [m] in which first contact is fitted, around where it was found; without rows before
-/// contact, the first row is in contact.
+/// contact, the first row may be as far below the surface as the tip then moves.
 fn contact_range_m(contact_m: f64, span_m: f64, starts_before: bool) -> [f64; 2] {
-    [contact_m - 0.2 * span_m, contact_m + if starts_before { 0.2 } else { 0.05 } * span_m]
+    let [below, above] = if starts_before { [0.2; 2] } else { [1.0, 0.05] };
+    [contact_m - below * span_m, contact_m + above * span_m]
 }
 
 /// First contact, and the force before it.
@@ -189,7 +210,10 @@ impl Record {
         }
         let begins = (0..=at_peak).find(|n| force[*n] - first_n > CONTACT_SHARE * (peak - first_n)).unwrap_or(at_peak);
         let Touch { row: touch, zero_n, drift_n_per_s } = Touch::find(&rows[..(begins + 1).max(FEWEST_ROWS).min(rows.len())]);
-        let starts_before = touch >= FEWEST_BEFORE;
+        // a level force before the press is that of air only if the tip moves meanwhile
+        let lowest_m = depth[..touch].iter().copied().fold(f64::MAX, f64::min);
+        let deepest_m = depth.iter().copied().fold(f64::MIN, f64::max);
+        let starts_before = touch >= FEWEST_BEFORE && depth[touch] - lowest_m > LEAST_APPROACH * (deepest_m - depth[touch]);
         if starts_before {
             let drift_n = drift_n_per_s * (rows[at_peak][0] - rows[0][0]);
             // a saturated sensor has no noise later on; the noise of few rows alone is uncertain
@@ -247,12 +271,16 @@ impl Record {
         }
         // rows long before contact say nothing more
         let from = touch.saturating_sub(reached - touch);
-        let (press, hold) = (reached - from, retreat - from);
-        let rows = &rows[from..];
-        let step = ((press.max(hold / 3)) / MOST_POINTS).max(1);
-        let averaged = |k: usize| -> Vec<f64> { column(rows, k).chunks(step).map(mean).collect() };
+        let step = ((reached - from) / MOST_POINTS).max(1);
+        let parts = [
+            thinned(from..reached, step, usize::MAX),
+            thinned(reached..retreat, step, MOST_LATER),
+            thinned(retreat..rows.len(), step, MOST_LATER),
+        ];
+        let (press, hold) = (parts[0].len(), parts[0].len() + parts[1].len());
+        let points = parts.concat();
+        let averaged = |k: usize| -> Vec<f64> { points.iter().map(|at| mean(&column(&rows[at.clone()], k))).collect() };
         let depth_m = averaged(1);
-        let (press, hold) = (press / step, hold.div_ceil(step).min(depth_m.len()));
         let contact_m = runs_out[touch];
         Ok(Self {
             name: name.into(),
@@ -277,6 +305,15 @@ impl Record {
             self.contact_range_m = contact_range_m(to_m, self.span_m(), self.starts_before);
         }
         moves
+    }
+
+    /// Keeps first contact within this depth of the deepest row [m], but no nearer than the range
+    /// of a test that starts before contact.
+    pub fn limit_depth(&mut self, most_m: f64) {
+        let span_m = self.span_m();
+        let [near, _] = contact_range_m(self.contact_m, span_m, true);
+        let lowest_m = (self.contact_m + span_m - most_m).min(near);
+        self.contact_range_m[0] = self.contact_range_m[0].max(lowest_m);
     }
 
     /// Depth of the deepest row below first contact [m].

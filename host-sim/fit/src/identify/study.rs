@@ -11,6 +11,8 @@ use super::slide::Slide;
 /// width of a share.
 const TOLD_MODULUS: f64 = 0.05;
 const TOLD_EXPONENT: f64 = 0.2;
+/// Half width of an exponent's interval that is narrow at any value (1): gelatin has none.
+const TOLD_EXPONENT_LEAST: f64 = 0.05;
 const TOLD_SHARE: f64 = 0.05;
 /// Range of the moduli of tissues and phantoms [Pa].
 const MODULI_PA: [f64; 2] = [100.0, 10e6];
@@ -75,6 +77,8 @@ pub struct Identified {
     pub exponent_gain: f64,
     /// Information criterion of each number of terms, with stiffening.
     pub criteria: Vec<(usize, f64)>,
+    /// Whether the zero of a force is taken on trust, as the tip is never seen in air.
+    pub trusts_zero: bool,
     /// Sentences on what the data cannot say, and the measurement that would.
     pub unsaid: Vec<String>,
     /// Slides of the tests that have one.
@@ -117,13 +121,15 @@ impl Estimate {
     /// Whether the interval is narrow enough for the value to be relied on.
     #[must_use]
     pub fn told(&self) -> bool {
-        match self.of {
-            Quantity::Modulus | Quantity::Relaxed => self.relative() <= TOLD_MODULUS,
-            Quantity::Exponent => self.relative() <= TOLD_EXPONENT,
-            Quantity::Share(_) => self.interval[1] - self.interval[0] <= 2.0 * TOLD_SHARE,
-            Quantity::Time(_) => self.relative() <= 0.5,
-            Quantity::Contact(_) => true,
-        }
+        let half = 0.5 * (self.interval[1] - self.interval[0]);
+        !self.open
+            && match self.of {
+                Quantity::Modulus | Quantity::Relaxed => self.relative() <= TOLD_MODULUS,
+                Quantity::Exponent => half <= (TOLD_EXPONENT * self.value).max(TOLD_EXPONENT_LEAST),
+                Quantity::Share(_) => half <= TOLD_SHARE,
+                Quantity::Time(_) => self.relative() <= 0.5,
+                Quantity::Contact(_) => true,
+            }
     }
 }
 
@@ -131,6 +137,13 @@ impl Estimate {
 fn rms_pct(model_n: &[f64], force_n: &[f64], peak_n: f64) -> f64 {
     let square: f64 = model_n.iter().zip(force_n).map(|(a, b)| (a - b).powi(2)).sum();
     100.0 * (square / force_n.len().max(1) as f64).sqrt() / peak_n
+}
+
+impl Plan {
+    /// Deepest press for which finite elements of the test are certain to have an equilibrium [m].
+    fn most_depth_m(&self) -> f64 {
+        (0.6 * self.block_m[2]).min(self.ball_m)
+    }
 }
 
 /// Identifies the tissue of some tests.
@@ -145,6 +158,7 @@ pub fn identify(plan: &Plan, records: &[Record]) -> Result<Identified, String> {
     let fitted: Vec<usize> = records[..kept].iter().map(rows).collect();
     let unsolved = || "no constants fit the forces: check the columns and their units".to_owned();
     let mut records = records.to_vec();
+    records.iter_mut().for_each(|record| record.limit_depth(plan.most_depth_m()));
     let (mut elastic, mut tries) = (solve(&setup, &records)?, 0);
     loop {
         let mut problem = Problem::new(&elastic, &records[..kept], fitted.clone(), Settings::default());
@@ -191,7 +205,7 @@ pub fn identify(plan: &Plan, records: &[Record]) -> Result<Identified, String> {
         };
         ((0..kept).map(of).sum::<f64>() / kept as f64).sqrt()
     };
-    let unsaid = unsaid(plan, &records[..kept], &fit, &estimates, &elastic);
+    let unsaid = unsaid(plan, &records[..kept], &fit, &estimates);
     Ok(Identified {
         block_m: plan.block_m,
         thickness_m: [plan.block_m[2]; 2],
@@ -202,6 +216,7 @@ pub fn identify(plan: &Plan, records: &[Record]) -> Result<Identified, String> {
         criteria: fit.criteria.clone(),
         tissue,
         estimates,
+        trusts_zero: records[..kept].iter().any(|record| !record.starts_before),
         unsaid,
         slides: Vec::new(),
         tests,
@@ -337,7 +352,7 @@ fn refuse_modulus(modulus_pa: f64, records: &[Record]) -> Result<(), String> {
     ))
 }
 
-fn unsaid(plan: &Plan, records: &[Record], fit: &Fitted, estimates: &[Estimate], elastic: &Elastic) -> Vec<String> {
+fn unsaid(plan: &Plan, records: &[Record], fit: &Fitted, estimates: &[Estimate]) -> Vec<String> {
     let mut said = Vec::new();
     let deepest_m = records.iter().map(Record::span_m).fold(0.0, f64::max);
     let hold_s = records.iter().map(Record::hold_s).fold(0.0, f64::max);
@@ -357,11 +372,16 @@ fn unsaid(plan: &Plan, records: &[Record], fit: &Fitted, estimates: &[Estimate],
             }
             Quantity::Exponent => said.push(format!(
                 "the exponent b lies between {low:.2} and {high:.2}{}; press deeper than {:.1} mm ({} is the limit here) or repeat the test",
-                if high >= 0.99 * elastic.most_b() { " or above" } else { "" },
+                if e.open { " or above" } else { "" },
                 deepest_m * 1e3,
-                format_args!("{:.1} mm", 1e3 * (0.6 * plan.block_m[2]).min(plan.ball_m)),
+                format_args!("{:.1} mm", 1e3 * plan.most_depth_m()),
             )),
             Quantity::Share(k) => said.push(format!("the share of relaxation term {} lies between {low:.2} and {high:.2}; hold for {:.0} s and press faster", k + 1, (3.0 * hold_s).max(10.0))),
+            Quantity::Time(k) if e.open && high < press_s => said.push(format!(
+                "relaxation term {} is faster than this test sees, or force and depth are not recorded at the same time: compare their clocks, and press faster than in {:.2} s",
+                k + 1,
+                0.3 * press_s
+            )),
             Quantity::Time(k) => said.push(format!("the time of relaxation term {} lies between {low:.2} and {high:.2} s; hold for {:.0} s", k + 1, (3.0 * high).min(10.0 * hold_s.max(1.0)))),
             _ => {}
         }
@@ -379,7 +399,7 @@ fn unsaid(plan: &Plan, records: &[Record], fit: &Fitted, estimates: &[Estimate],
     }
     if !records.iter().all(|r| r.starts_before) {
         said.push(
-            "the zero of the force is taken on trust, as no row is before contact; start recording 1 mm above the surface".into(),
+            "the zero of the force is taken on trust, as the tip does not come down to the surface in the rows; start recording 1 mm above it".into(),
         );
     }
     said

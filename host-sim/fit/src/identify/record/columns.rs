@@ -50,11 +50,16 @@ const ALONG: [&str; 16] = [
 ];
 
 /// Units of time, length and force, with their size in SI. Case matters: mN is not MN.
-const UNITS: [(&str, &str, f64); 20] = [
+const UNITS: [(&str, &str, f64); 25] = [
     ("time", "s", 1.0),
     ("time", "sec", 1.0),
     ("time", "ms", 1e-3),
+    ("time", "us", 1e-6),
+    ("time", "µs", 1e-6),
+    ("time", "μs", 1e-6),
     ("time", "min", 60.0),
+    ("time", "minutes", 60.0),
+    ("time", "h", 3600.0),
     ("depth", "m", 1.0),
     ("depth", "cm", 1e-2),
     ("depth", "mm", 1e-3),
@@ -165,12 +170,17 @@ impl Table {
             let (Some(quantity), unit) = heading(text) else { continue };
             let under = || below.as_ref().and_then(|cells| heading(cells.get(n)?).1).filter(|(of, _)| *of == quantity);
             let si = match (quantity, unit.or_else(under)) {
-                ("test", _) | ("time", None) => 1.0,
+                ("test", _) => 1.0,
+                ("time", None) if !text.contains(['(', '[', '/']) => 1.0,
                 (_, Some((_, si))) => si,
                 _ => {
                     return Err(bad(format!(
-                        "column \"{text}\" has no unit: name it {quantity}_{}, for example",
-                        if quantity == "depth" { "mm" } else { "N" }
+                        "column \"{text}\" has no unit that is known: name it {quantity}_{}, for example",
+                        match quantity {
+                            "time" => "s",
+                            "depth" => "mm",
+                            _ => "N",
+                        }
                     )));
                 }
             };
