@@ -210,6 +210,23 @@ fn the_way_in_which_a_test_is_recorded_does_not_change_the_modulus() {
     }
 }
 
+/// Noise may place the first guess of contact at the first rows of one test in three. With a range
+/// that ended just after it, all three were fitted 0.6 mm too early, and a modulus 37 % too low was
+/// told.
+#[test]
+fn a_first_guess_of_contact_that_is_too_early_is_left() {
+    let made = Indentation::drawn(92);
+    let record = |rows| Record::of("made up", rows, made.setup.block_m[2]).unwrap();
+    let records: Vec<Record> = made.repeated(3).into_iter().map(record).collect();
+    assert!(!records.iter().all(|record| record.starts_before), "no guess is too early");
+    let plan = Plan { ball_m: made.setup.ball_m, block_m: made.setup.block_m, poisson_ratio: 0.45, leave_out: 0 };
+    let found = identify(&plan, &records).unwrap();
+    let (e, truth) = (found.of(Quantity::Modulus).unwrap(), made.tissue.youngs_modulus_pa);
+    println!("{:.0} in {:.0?}, made with {truth:.0}", e.value, e.interval);
+    assert!((e.value / truth - 1.0).abs() < 0.05 && e.interval[0] < truth && truth < e.interval[1], "{e:?}");
+    assert!(!found.trusts_zero, "all three come down to the surface");
+}
+
 /// Share of cases whose truth lies in the 90 % interval, and share of the values that are given as
 /// told that are within the target.
 #[test]

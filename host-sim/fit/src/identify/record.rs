@@ -109,8 +109,7 @@ fn thinned(rows: Range<usize>, step: usize, most: usize) -> Vec<Range<usize>> {
 /// Range [m] in which first contact is fitted, around where it was found; without rows before
 /// contact, the first row may be as far below the surface as the tip then moves.
 fn contact_range_m(contact_m: f64, span_m: f64, starts_before: bool) -> [f64; 2] {
-    let [below, above] = if starts_before { [0.2; 2] } else { [1.0, 0.05] };
-    [contact_m - below * span_m, contact_m + above * span_m]
+    [contact_m - if starts_before { 0.2 } else { 1.0 } * span_m, contact_m + 0.2 * span_m]
 }
 
 /// First contact, and the force before it.
@@ -295,13 +294,18 @@ impl Record {
         })
     }
 
-    /// Moves first contact to where a fit would have it; false if it is within its range already.
+    /// Moves first contact to where a fit would have it; false if it is within its range already,
+    /// and the tip is known to be in air before it or not to be.
     pub fn move_contact(&mut self, to_m: f64) -> bool {
         let [low, high] = self.contact_range_m;
         let edge = 0.02 * (high - low);
-        let moves = (to_m < low + edge || to_m > high - edge) && self.starts_before;
+        let rows = self.depth_m.iter().take_while(|depth_m| **depth_m < to_m);
+        let approach_m = to_m - rows.clone().copied().fold(to_m, f64::min);
+        let comes_down = rows.count() >= FEWEST_BEFORE && approach_m > LEAST_APPROACH * self.span_m();
+        let moves = to_m < low + edge || to_m > high - edge || comes_down && !self.starts_before;
         if moves {
             self.contact_m = to_m;
+            self.starts_before |= comes_down;
             self.contact_range_m = contact_range_m(to_m, self.span_m(), self.starts_before);
         }
         moves

@@ -158,9 +158,10 @@ pub fn identify(plan: &Plan, records: &[Record]) -> Result<Identified, String> {
     let fitted: Vec<usize> = records[..kept].iter().map(rows).collect();
     let unsolved = || "no constants fit the forces: check the columns and their units".to_owned();
     let mut records = records.to_vec();
-    records.iter_mut().for_each(|record| record.limit_depth(plan.most_depth_m()));
-    let (mut elastic, mut tries) = (solve(&setup, &records)?, 0);
-    loop {
+    let mut tries = 0;
+    let elastic = loop {
+        records.iter_mut().for_each(|record| record.limit_depth(plan.most_depth_m()));
+        let elastic = solve(&setup, &records)?;
         let mut problem = Problem::new(&elastic, &records[..kept], fitted.clone(), Settings::default());
         let fit = problem.solve().ok_or_else(unsolved)?;
         let to_m: Vec<f64> = (0..kept).map(|n| fit.contact_m(n)).collect();
@@ -168,10 +169,9 @@ pub fn identify(plan: &Plan, records: &[Record]) -> Result<Identified, String> {
         // where contact was found at the edge of its range, it is somewhere else
         let moved = records.iter_mut().zip(to_m).map(|(record, to_m)| record.move_contact(to_m)).fold(false, |a, b| a | b);
         if !moved || tries > MOST_TRIES {
-            break;
+            break elastic;
         }
-        elastic = solve(&setup, &records)?;
-    }
+    };
     let records = &records[..];
     let mut problem = Problem::new(&elastic, &records[..kept], fitted.clone(), Settings::default());
     let fit = problem.solve().ok_or_else(unsolved)?;
