@@ -4,6 +4,7 @@ mod patch;
 mod report;
 mod scene;
 
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use palpate_fit::identify::fit::Estimate;
@@ -34,7 +35,8 @@ fn read(path: &Path, thickness_m: f64, ball_m: f64) -> Result<Tests, Error> {
     let mut files = vec![path.to_owned()];
     if path.is_dir() {
         let entries = std::fs::read_dir(path).map_err(|source| unreadable(path, source))?;
-        let table = |path: &PathBuf| path.extension().is_some_and(|e| ["csv", "tsv", "txt"].iter().any(|known| e == *known));
+        let is_table = |ending: &OsStr| ["csv", "tsv", "txt"].iter().any(|known| ending.eq_ignore_ascii_case(known));
+        let table = |path: &PathBuf| path.extension().is_some_and(is_table);
         files = entries.flatten().map(|entry| entry.path()).filter(table).collect();
         files.sort();
         if files.is_empty() {

@@ -97,6 +97,20 @@ fn within(made: &Indentation, range_m: [f64; 2]) -> Result<Identified, String> {
     identify_within(&plan, range_m, &records(&made.csv()))
 }
 
+/// Headings as test machines write them.
+#[test]
+fn the_time_of_a_test_is_a_time() {
+    for names in [
+        "Test time (s),Probe displacement (mm),Specimen load (N),Test temperature (C)",
+        "Pr\u{fc}fzeit [s],Standardweg [mm],Standardkraft [N],Raum [C]",
+        "Time,Position (mm),Run force (N),n",
+    ] {
+        let table = Table::read("machine.csv", &format!("{names}\n0.5,2,3,21\n1.5,4,6,22\n")).unwrap();
+        assert_eq!(table.tests.len(), 1, "{names}");
+        assert_eq!(table.tests[0].1, [[0.5, 2e-3, 3.0], [1.5, 4e-3, 6.0]], "{names}");
+    }
+}
+
 /// A slab that is much thicker than the contact does not show its thickness.
 #[test]
 fn a_thickness_that_is_not_told_is_refused() {

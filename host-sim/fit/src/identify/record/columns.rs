@@ -2,7 +2,7 @@
 
 /// Words that name a quantity, in English, German, French and Spanish.
 const WORDS: [(&str, &[&str]); 4] = [
-    ("time", &["time", "t", "zeit", "temps", "tiempo"]),
+    ("time", &["time", "t", "zeit", "prufzeit", "temps", "tiempo"]),
     (
         "depth",
         &[
@@ -14,7 +14,10 @@ const WORDS: [(&str, &[&str]); 4] = [
             "travel",
             "tiefe",
             "eindringtiefe",
+            "position",
+            "crosshead",
             "weg",
+            "standardweg",
             "eindringung",
             "verschiebung",
             "profondeur",
@@ -25,7 +28,7 @@ const WORDS: [(&str, &[&str]); 4] = [
             "indentacion",
         ],
     ),
-    ("force", &["force", "load", "kraft", "normalkraft", "last", "effort", "charge", "fuerza", "carga"]),
+    ("force", &["force", "load", "kraft", "standardkraft", "normalkraft", "last", "effort", "charge", "fuerza", "carga"]),
     ("test", &["test", "specimen", "run", "versuch", "probe", "essai", "ensayo", "prueba"]),
 ];
 
@@ -124,12 +127,16 @@ fn heading(text: &str) -> (Option<&'static str>, Option<(&'static str, f64)>) {
         let along = if *of == "depth" { "slide" } else { "friction" };
         return (Some(along), Some((along, *si)));
     }
-    let quantity = words.iter().enumerate().find_map(|(n, word)| {
-        let word = word.to_lowercase();
-        // a lone t is the time, and in "Kraft t" it is not
-        let found = WORDS.iter().find(|(_, names)| names.contains(&word.as_str()) && (word.len() > 1 || n == 0))?;
-        Some((n, found.0))
-    });
+    let named = |wanted: fn(&str) -> bool| {
+        words.iter().enumerate().find_map(|(n, word)| {
+            let word = word.to_lowercase();
+            // a lone t is the time, and in "Kraft t" it is not
+            let is = |(of, names): &&(&str, &[&str])| wanted(of) && names.contains(&word.as_str()) && (word.len() > 1 || n == 0);
+            Some((n, WORDS.iter().find(is)?.0))
+        })
+    };
+    // the time of a test is a time, and the temperature of a test (C) is nothing that is read
+    let quantity = named(|of| of != "test").or_else(|| named(|of| of == "test").filter(|_| !text.contains(['(', '['])));
     let unit = words.iter().enumerate().filter(|(n, _)| quantity.is_none_or(|(q, _)| q != *n)).find_map(|(_, word)| {
         UNITS.iter().find(|(of, unit, _)| unit == word && quantity.is_none_or(|(_, q)| q == *of)).map(|(of, _, si)| (*of, *si))
     });
