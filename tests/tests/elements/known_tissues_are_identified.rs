@@ -225,8 +225,8 @@ fn the_way_in_which_a_test_is_recorded_does_not_change_the_modulus() {
 }
 
 /// Noise may place the first guess of contact at the first rows of one test in three. With a range
-/// that ended just after it, all three were fitted 0.6 mm too early, and a modulus 37 % too low was
-/// told.
+/// that ended just after it, all three were fitted 0.28 mm too early, and a modulus 37 % too low
+/// was told.
 #[test]
 fn a_first_guess_of_contact_that_is_too_early_is_left() {
     let made = Indentation::drawn(92);

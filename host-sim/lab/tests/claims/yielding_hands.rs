@@ -55,10 +55,11 @@ fn light_hands_on_stiff_tissue_neither_shake_nor_get_energy() {
     assert!(table.broken().is_empty(), "{:#?}\n{:#?}", table.broken(), table.worst);
 }
 
-/// Under tilted tips a contact or two give a hand more than 0.1 mJ, as under upright tips.
+/// Under tilted tips a contact or two give a hand more than 0.1 mJ, as under upright tips. Under a
+/// flat end that is tilted by 45 degrees some force is lost as well.
 #[test]
 fn a_tilted_tip_gives_no_hand_more_than_is_promised() {
-    for (n, degrees) in [(0, 30.0), (1, 20.0), (2, 20.0), (2, 30.0)] {
+    for (n, degrees) in [(0, 30.0), (1, 20.0), (2, 20.0), (2, 30.0), (2, 45.0)] {
         let ground = tilted(&GROUND, n, degrees);
         let table = with(&Hands::new(&ground, TILTED_RUNS, 1, true), 0..TILTED_RUNS, AccountSettings::DEFAULT);
         println!("tip {n}, {degrees} degrees: {:#?}", table.rows);
@@ -66,6 +67,8 @@ fn a_tilted_tip_gives_no_hand_more_than_is_promised() {
         assert!(ticks > TILTED_RUNS * 500, "{ticks} ticks with a force");
         let (given, broken): (Vec<String>, Vec<String>) =
             table.broken().into_iter().partition(|broken| broken.contains("contacts create more than 0.1 mJ"));
+        let lost = |broken: &String| degrees > 30.0 && broken.contains("of the force's ticks are lost");
+        let broken: Vec<String> = broken.into_iter().filter(|broken| !lost(broken)).collect();
         let over: u64 = table.rows.values().map(|row| row.over[1]).sum();
         assert!(over <= 2, "tip {n}, {degrees} degrees: {given:#?}");
         assert!(table.rows.values().all(|row| row.lost() < KNOWN_LOST), "{:#?}", table.rows);
