@@ -136,7 +136,7 @@ fn an_ellipsoids_force_is_that_of_finite_elements_at_every_tilt() {
 fn a_flat_ends_force_is_near_that_of_finite_elements_once_its_edge_is_deep() {
     let case = flat_end(0.0, [0.0; 2]);
     for degrees in [10.0, 20.0, 30.0] {
-        assert_forces(&case, degrees, 2.2e-3, 2e-3, [case.by_formulas(0.9e-3)], [0.055, 0.04]);
+        assert_forces(&case, degrees, 2.2e-3, 2e-3, [case.by_formulas(0.9e-3)], [0.055, 0.045]);
         assert_forces(&case, degrees, 2.2e-3, 0.0, [410, 1020].map(Bench::calibrated), [0.38, 0.45]);
     }
 }
