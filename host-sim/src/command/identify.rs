@@ -8,7 +8,7 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use palpate_fit::identify::fit::Estimate;
-use palpate_fit::identify::record::{Record, Table};
+use palpate_fit::identify::record::{Record, Table, known};
 use palpate_fit::identify::slide::Slide;
 use palpate_fit::identify::study::{Identified, Plan, identify, identify_within};
 use palpate_tissue::Error as TissueError;
@@ -28,6 +28,11 @@ struct Tests {
     records: Vec<Record>,
     slides: Vec<Slide>,
     notes: Vec<String>,
+}
+
+fn of_utf16(bytes: &[u8], unit: fn([u8; 2]) -> u16) -> String {
+    let units = bytes.chunks_exact(2).map(|pair| unit([pair[0], pair[1]]));
+    char::decode_utf16(units).map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER)).collect()
 }
 
 fn read(path: &Path, thickness_m: f64, ball_m: f64) -> Result<Tests, Error> {
@@ -53,22 +58,33 @@ fn read(path: &Path, thickness_m: f64, ball_m: f64) -> Result<Tests, Error> {
         // files of older programs are in Latin-1, in which a byte is a character
         let text = match &bytes[..] {
             // "Unicode text" of spreadsheets is UTF-16
-            [0xff, 0xfe, wide @ ..] => {
-                let units = wide.chunks_exact(2).map(|pair| u16::from_le_bytes([pair[0], pair[1]]));
-                char::decode_utf16(units).map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER)).collect()
-            }
+            [0xff, 0xfe, wide @ ..] => of_utf16(wide, u16::from_le_bytes),
+            [0xfe, 0xff, wide @ ..] => of_utf16(wide, u16::from_be_bytes),
             _ => String::from_utf8(bytes).unwrap_or_else(|error| error.into_bytes().into_iter().map(char::from).collect()),
         };
+        if path.is_dir() && !Table::is_in(&text) {
+            tests.notes.push(format!("{}: left out, as no line names time, depth and force", file.display()));
+            continue;
+        }
         let table = Table::read(&file.display().to_string(), &text).map_err(TissueError::Usage)?;
         tests.notes.extend(table.notes);
         for ((name, rows), along) in table.tests.into_iter().zip(table.along) {
-            let record = Record::of(&name, rows.clone(), thickness_m).map_err(TissueError::Usage)?;
+            let record = Record::of(&name, &rows, thickness_m).map_err(TissueError::Usage)?;
             let contact_radius_m = (ball_m * record.span_m()).sqrt().min(ball_m);
             if !along.is_empty() {
                 tests.slides.extend(Slide::of(&name, &rows, &along, contact_radius_m).map_err(TissueError::Usage)?);
             }
+            tests.notes.extend_from_slice(&record.notes);
             tests.records.push(record);
         }
+    }
+    if tests.records.is_empty() {
+        return Err(TissueError::Usage(format!(
+            "{}: no file has a line that names time, depth and force: known are {}",
+            path.display(),
+            known()
+        ))
+        .into());
     }
     Ok(tests)
 }
@@ -102,7 +118,7 @@ impl IdentifyArgs {
         stop::says_what_stays(&folder);
         let out = self.write(&folder, &found, &records, &[])?;
         let odd = records.iter().find_map(Record::odd_speed);
-        let doubtful = odd.is_some() || found.trusts_zero || !found.estimates.iter().all(Estimate::told);
+        let doubtful = odd.is_some() || found.trusts_zero || found.misfits || !found.estimates.iter().all(Estimate::told);
         let headline = odd.map_or_else(String::new, |odd| odd + "; ") + &report::headline(&found);
         let verdict = Verdict::ok(headline.clone()).warning_if(doubtful).first();
         report::print(self, &found, &records, &notes);

@@ -38,7 +38,7 @@ fn every_fault_of_a_test_is_named_with_its_remedy() {
             &["exactly 0.3 N", "saturated", "press less deep"],
         ),
         ("half", changed(NAMES, |_, [t, d, f]| Some([t, d, f.min(180.0)])), &["exactly 0.18 N", "saturated"]),
-        ("drift", changed(NAMES, |_, [t, d, f]| Some([t, d, f + 120.0 * t])), &["before contact", "drifts", "warm up"]),
+        ("drift", changed(NAMES, |_, [t, d, f]| Some([t, d, f + 120.0 * t])), &["while the depth is held", "drifts", "warm up"]),
         ("one point", changed(NAMES, |n, row| (n == 100).then_some(row)), &["1 rows", "at least 20"]),
         ("upwards", changed(NAMES, |_, [t, d, f]| Some([t, -d, f])), &["positive into the tissue", "sign"]),
         ("pulling", changed(NAMES, |_, [t, d, f]| Some([t, d, -f])), &["force is negative", "positive"]),
@@ -66,11 +66,13 @@ fn every_fault_of_a_test_is_named_with_its_remedy() {
 fn a_speed_that_nothing_has_is_a_warning_and_a_spreadsheets_text_is_read() {
     let desk = Desk::default();
     let slow = changed(NAMES, |_, [t, d, f]| Some([1e3 * t, d, f]));
-    let wide =
-        |text: &str| [0xfeff].into_iter().chain(text.replace(',', "\t").encode_utf16()).flat_map(u16::to_le_bytes).collect();
-    let cases: [(Vec<u8>, &[&str]); 2] = [
+    let wide = |text: &str, bytes: fn(u16) -> [u8; 2]| {
+        [0xfeff].into_iter().chain(text.replace(',', "\t").encode_utf16()).flat_map(bytes).collect()
+    };
+    let cases: [(Vec<u8>, &[&str]); 3] = [
         (slow.into_bytes(), &["warning: test.csv: the tip moves in at 0.00200 mm/s: check the units of time and depth; "]),
-        (wide(PHANTOM), &["ok: modulus E, instantaneous 12.0"]),
+        (wide(PHANTOM, u16::to_le_bytes), &["ok: modulus E, instantaneous 12.0"]),
+        (wide(PHANTOM, u16::to_be_bytes), &["ok: modulus E, instantaneous 12.0"]),
     ];
     for (text, says) in cases {
         std::fs::write(desk.folder().join("test.csv"), text).unwrap();
@@ -78,6 +80,19 @@ fn a_speed_that_nothing_has_is_a_warning_and_a_spreadsheets_text_is_read() {
         let outcome = palpate(SCRATCH, desk.folder(), &run);
         assert!(outcome.code == Some(0) && says.iter().all(|words| outcome.stdout.contains(words)), "{outcome:?}");
     }
+}
+
+/// A folder of tests contains other files too; without any test it is refused.
+#[test]
+fn notes_beside_tests_are_left_out() {
+    let desk = Desk::default();
+    std::fs::create_dir(desk.folder().join("tests")).unwrap();
+    desk.put("tests/notes.txt", "Gel of May\nthe room was warm\n");
+    let run = ["identify", "tests", "--tip", "sphere:4mm", "--thickness", "10mm", "--out", "out"];
+    refused(&desk, &run, &["tests", "no file has a line that names time, depth and force", "depth_mm"]);
+    desk.put("tests/one.csv", PHANTOM);
+    let outcome = palpate(SCRATCH, desk.folder(), &run);
+    assert!(outcome.code == Some(0) && outcome.stdout.contains("notes.txt: left out, as no line names"), "{outcome:?}");
 }
 
 #[test]

@@ -17,6 +17,7 @@ mod statics_agree;
 mod stiffening_agrees;
 mod stiffening_regions;
 mod surface_files;
+mod tests_are_read_as_they_are_recorded;
 mod tilted_tips;
 mod usd_text;
 mod whole_organ;

@@ -8,7 +8,7 @@ use rmpfit::{MPConfig, MPFitter, MPPar, MPResult};
 
 use super::elastic::Elastic;
 use super::model::{Tissue, growing_n};
-use super::record::Record;
+use super::record::{Record, quantile, repeats};
 
 /// Residual, in standard deviations, from which the loss grows linearly.
 const ROBUST: f64 = 2.5;
@@ -42,6 +42,19 @@ pub enum Quantity {
     Time(usize),
     /// Depth of first contact of a test [m].
     Contact(usize),
+}
+
+impl Quantity {
+    /// Place of the quantity, or of what it depends on most, among the unknowns.
+    fn place(self, terms: usize) -> usize {
+        match self {
+            Self::Modulus | Self::Relaxed => 0,
+            Self::Exponent => 1,
+            Self::Share(k) => 2 + 2 * k,
+            Self::Time(k) => 3 + 2 * k,
+            Self::Contact(k) => 2 + 2 * terms + k,
+        }
+    }
 }
 
 /// A value with its 90 % interval.
@@ -112,13 +125,22 @@ struct Least<'a> {
     held: Option<(Quantity, f64, f64)>,
     limits: Vec<MPPar>,
     config: MPConfig,
-    forces: Vec<f64>,
-    depths: Vec<f64>,
+    forces: Vec<Forces>,
+}
+
+/// Forces of the model in the fitted rows of one record, and the unknowns that they are of: the
+/// tissue's and first contact. A derivative by one contact leaves the other records alone.
+#[derive(Clone, Debug, Default)]
+struct Forces {
+    tissue: Vec<f64>,
+    contact_m: f64,
+    depth_m: Vec<f64>,
+    model_n: Vec<f64>,
 }
 
 impl MPFitter for Least<'_> {
     fn eval(&mut self, p: &[f64], out: &mut [f64]) -> MPResult<()> {
-        self.problem.residuals(p, self.terms, &mut self.forces, &mut self.depths, out);
+        self.problem.residuals(p, self.terms, &mut self.forces, out);
         if let (Some((of, at, weight)), Some(last)) = (self.held, out.last_mut()) {
             *last = (self.problem.inner(p, self.terms, of) - at) * weight;
         }
@@ -175,28 +197,38 @@ impl<'a> Problem<'a> {
         Tissue { youngs_modulus_pa: p[0].exp(), stiffening_b: p[1].exp_m1(), terms: shares(p, terms) }
     }
 
-    /// Forces of the model in the fitted rows of one record [N].
-    fn forces(&self, p: &[f64], terms: usize, of: usize, forces: &mut Vec<f64>, depths: &mut Vec<f64>) {
-        let (tissue, record, rows) = (Self::tissue(p, terms), &self.records[of], self.rows[of]);
-        let contact_m = p[2 + 2 * terms + of];
-        depths.clear();
-        depths.extend(record.depth_m[..rows].iter().map(|d| d - contact_m));
-        growing_n(&tissue, &self.elastic.at(tissue.stiffening_b), &record.time_s[..rows], depths, forces);
+    /// Forces of the model in the fitted rows of one record, with the zero of its sensor [N].
+    fn forces<'f>(&self, p: &[f64], terms: usize, of: usize, kept: &'f mut Forces) -> impl Iterator<Item = f64> + 'f {
+        let (tissue, contact_m) = (&p[..2 + 2 * terms], p[2 + 2 * terms + of]);
+        if kept.tissue != tissue || kept.contact_m != contact_m {
+            let (record, rows, constants) = (&self.records[of], self.rows[of], Self::tissue(p, terms));
+            (kept.tissue, kept.contact_m) = (tissue.to_vec(), contact_m);
+            kept.depth_m.clear();
+            kept.depth_m.extend(record.depth_m[..rows].iter().map(|d| d - contact_m));
+            let curve = self.elastic.at(constants.stiffening_b);
+            growing_n(&constants, &curve, &record.time_s[..rows], &kept.depth_m, &mut kept.model_n);
+        }
         let zero_n = p[2 + 2 * terms + self.records.len() + of] * self.sigma_n[of];
-        forces.iter_mut().for_each(|force| *force += zero_n);
+        kept.model_n.iter().map(move |force_n| force_n + zero_n)
     }
 
-    fn residuals(&self, p: &[f64], terms: usize, forces: &mut Vec<f64>, depths: &mut Vec<f64>, out: &mut [f64]) {
+    fn residuals(&self, p: &[f64], terms: usize, kept: &mut [Forces], out: &mut [f64]) {
         let mut at = 0;
-        for (of, record) in self.records.iter().enumerate() {
-            self.forces(p, terms, of, forces, depths);
-            for (force, measured) in forces.iter().zip(&record.force_n) {
+        for (of, (record, kept)) in self.records.iter().zip(kept).enumerate() {
+            for (force, measured) in self.forces(p, terms, of, kept).zip(&record.force_n) {
                 // a row whose force is missing only moves the tip
                 let r = if measured.is_nan() { 0.0 } else { (force - measured) / self.sigma_n[of] };
                 out[at] = r.signum() * ROBUST * (2.0 * ((1.0 + (r / ROBUST).powi(2)).sqrt() - 1.0)).sqrt();
                 at += 1;
             }
         }
+    }
+
+    /// Differences of the model from the measured forces of one record [N].
+    fn off(&self, fit: &Fitted, of: usize) -> Vec<f64> {
+        let mut kept = Forces::default();
+        let off = self.forces(&fit.p, fit.terms, of, &mut kept).zip(&self.records[of].force_n).map(|(a, b)| a - b);
+        off.filter(|off| !off.is_nan()).collect()
     }
 
     /// A quantity as the fit moves it: moduli, times and 1 + b by their logarithms.
@@ -242,7 +274,8 @@ impl<'a> Problem<'a> {
         let limits = self.limits(terms);
         let mut p: Vec<f64> = start.iter().zip(&limits).map(|(p, l)| p.clamp(l.limit_low, l.limit_up)).collect();
         let config = MPConfig { ftol: 1e-9, xtol: 1e-9, max_iter: 60, epsfcn: 1e-14, ..MPConfig::default() };
-        let mut least = Least { problem: self, terms, held, limits, config, forces: Vec::new(), depths: Vec::new() };
+        let forces = vec![Forces::default(); self.records.len()];
+        let mut least = Least { problem: self, terms, held, limits, config, forces };
         let status = least.mpfit(&mut p).ok()?;
         let count = p.len();
         let chi = status.best_norm - held.map_or(0.0, |(of, at, weight)| ((self.inner(&p, terms, of) - at) * weight).powi(2));
@@ -316,21 +349,6 @@ impl<'a> Problem<'a> {
         self.least(&p, fit.terms, None).unwrap_or(fit)
     }
 
-    /// Factor by which neighbouring residuals repeat each other (1), from their correlation.
-    fn inflation(&self, fit: &Fitted) -> f64 {
-        let (mut forces, mut depths) = (Vec::new(), Vec::new());
-        let (mut own, mut next) = (0.0, 0.0);
-        for of in 0..self.records.len() {
-            self.forces(&fit.p, fit.terms, of, &mut forces, &mut depths);
-            let r = forces.iter().zip(&self.records[of].force_n).map(|(a, b)| a - b);
-            let r: Vec<f64> = r.filter(|r| !r.is_nan()).collect();
-            own += r.iter().map(|r| r * r).sum::<f64>();
-            next += r.windows(2).map(|w| w[0] * w[1]).sum::<f64>();
-        }
-        let rho = (next / own).clamp(0.0, 0.95);
-        (1.0 + rho) / (1.0 - rho)
-    }
-
     /// Fits all numbers of terms and returns the one that the criterion chooses.
     #[must_use]
     pub fn solve(&mut self) -> Option<Fitted> {
@@ -338,16 +356,13 @@ impl<'a> Problem<'a> {
         let most = first.iter().min_by(|a, b| a.chi.total_cmp(&b.chi))?;
         // the spread that the largest model leaves is the noise
         for of in 0..self.records.len() {
-            let (mut forces, mut depths) = (Vec::new(), Vec::new());
-            self.forces(&most.p, most.terms, of, &mut forces, &mut depths);
-            let off = forces.iter().zip(&self.records[of].force_n).map(|(a, b)| (a - b).abs());
-            let mut off: Vec<f64> = off.filter(|off| !off.is_nan()).collect();
-            off.sort_by(f64::total_cmp);
+            let off: Vec<f64> = self.off(most, of).into_iter().map(f64::abs).collect();
             let least_n = 1e-5 * self.records[of].force_n.iter().copied().fold(0.0, f64::max);
-            self.sigma_n[of] = (off[off.len() / 2] / 0.6745).max(least_n);
+            self.sigma_n[of] = (quantile(&off, 0.5) / 0.6745).max(least_n);
         }
         let fits: Vec<Fitted> = first.iter().filter_map(|fit| Some(self.sorted(self.least(&fit.p, fit.terms, None)?))).collect();
-        let inflation = self.inflation(fits.last()?);
+        let last = fits.last()?;
+        let inflation = repeats(&(0..self.records.len()).flat_map(|of| self.off(last, of)).collect::<Vec<f64>>());
         let n = self.points() as f64 / inflation;
         let criterion = |fit: &Fitted| {
             let k = self.limits(fit.terms).iter().filter(|l| !l.fixed).count() as f64 + 1.0;
@@ -373,7 +388,7 @@ impl<'a> Problem<'a> {
     #[must_use]
     pub fn left(&self, fit: &Fitted) -> f64 {
         let mut out = vec![0.0; self.points()];
-        self.residuals(&fit.p, fit.terms, &mut Vec::new(), &mut Vec::new(), &mut out);
+        self.residuals(&fit.p, fit.terms, &mut vec![Forces::default(); self.records.len()], &mut out);
         let mut rest = &out[..];
         let of = |(rows, sigma_n): (&usize, &f64)| {
             let (own, others) = rest.split_at(*rows);
@@ -409,13 +424,7 @@ impl<'a> Problem<'a> {
     fn estimate_alone(&self, fit: &Fitted, of: Quantity) -> Estimate {
         let at = self.inner(&fit.p, fit.terms, of);
         let limits = self.limits(fit.terms);
-        let own = match of {
-            Quantity::Modulus | Quantity::Relaxed => 0,
-            Quantity::Exponent => 1,
-            Quantity::Share(k) => 2 + 2 * k,
-            Quantity::Time(k) => 3 + 2 * k,
-            Quantity::Contact(k) => 2 + 2 * fit.terms + k,
-        };
+        let own = of.place(fit.terms);
         let range = match of {
             Quantity::Relaxed => [f64::MIN, f64::MAX],
             _ => [limits[own].limit_low, limits[own].limit_up],
@@ -484,13 +493,6 @@ impl Fitted {
     /// Correlation between two quantities as the fit moves them (1).
     #[must_use]
     pub fn correlation(&self, a: Quantity, b: Quantity) -> f64 {
-        let own = |of: Quantity| match of {
-            Quantity::Modulus | Quantity::Relaxed => 0,
-            Quantity::Exponent => 1,
-            Quantity::Share(k) => 2 + 2 * k,
-            Quantity::Time(k) => 3 + 2 * k,
-            Quantity::Contact(k) => 2 + 2 * self.terms + k,
-        };
-        self.correlation[own(a) * self.p.len() + own(b)]
+        self.correlation[a.place(self.terms) * self.p.len() + b.place(self.terms)]
     }
 }

@@ -24,6 +24,13 @@ const THICKNESSES: usize = 4;
 const HALVINGS: usize = 3;
 /// Half width of the interval of a thickness, in its logarithm, up to which it is known (1).
 const TOLD_THICKNESS: f64 = 0.2;
+/// Mean difference of neighbouring rows from the model over the peak [%], and in standard errors,
+/// above which the rows contain something that the model does not; and the share of the rows (1).
+const MISFIT_PCT: f64 = 3.0;
+const MISFIT_NOISES: f64 = 6.0;
+const MISFIT_PARTS: usize = 40;
+/// Depth over the deepest possible from which pressing deeper is no remedy (1).
+const DEEP: f64 = 0.9;
 /// Correlation from which two quantities trade off (1).
 const TRADED: f64 = 0.85;
 
@@ -79,8 +86,11 @@ pub struct Identified {
     pub criteria: Vec<(usize, f64)>,
     /// Whether the zero of a force is taken on trust, as the tip is never seen in air.
     pub trusts_zero: bool,
-    /// Sentences on what the data cannot say, and the measurement that would.
+    /// Sentences on what the data cannot say, and the measurement that would; first what they say
+    /// and the model does not.
     pub unsaid: Vec<String>,
+    /// Whether the rows of some test contain something that the model does not.
+    pub misfits: bool,
     /// Slides of the tests that have one.
     pub slides: Vec<Slide>,
     /// Each test.
@@ -205,8 +215,13 @@ pub fn identify(plan: &Plan, records: &[Record]) -> Result<Identified, String> {
         };
         ((0..kept).map(of).sum::<f64>() / kept as f64).sqrt()
     };
-    let unsaid = unsaid(plan, &records[..kept], &fit, &estimates);
+    let judged = records.iter().zip(&tests).take(kept);
+    let worst = judged.filter_map(|(record, test)| misfit(record, test)).max_by(|a, b| a.0.total_cmp(&b.0));
+    let misfits = worst.is_some();
+    let mut unsaid = unsaid(plan, &records[..kept], &fit, &estimates);
+    unsaid.splice(0..0, worst.map(|(_, sentence)| sentence));
     Ok(Identified {
+        misfits,
         block_m: plan.block_m,
         thickness_m: [plan.block_m[2]; 2],
         left: problem.left(&fit),
@@ -335,6 +350,26 @@ fn judge(record: &Record, model_n: Vec<f64>, contact_m: f64, fitted: usize) -> J
     Judged { contact_m, depth_m, fitted, model_n, segments, lift_off_m }
 }
 
+/// Largest mean difference of neighbouring rows over the peak [%], with a sentence on it, where it is
+/// far above the noise: rows contain something that the model does not.
+fn misfit(record: &Record, test: &Judged) -> Option<(f64, String)> {
+    let peak_n = record.force_n.iter().copied().fold(0.0, f64::max);
+    let off_n: Vec<f64> = test.model_n[..test.fitted].iter().zip(&record.force_n).map(|(model, force)| force - model).collect();
+    let rows = (off_n.len() / MISFIT_PARTS).max(5);
+    let means = off_n.windows(rows).map(|part| part.iter().sum::<f64>() / rows as f64);
+    let (at, mean_n) = means.enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
+    let (middle, pct) = (at + rows / 2, 100.0 * mean_n / peak_n);
+    (pct.abs() > MISFIT_PCT && mean_n.abs() > MISFIT_NOISES * record.noise_n / (rows as f64).sqrt()).then(|| {
+        let sentence = format!(
+            "{}: after {:.2} s, {:.2} mm deep, the force is {pct:+.0} % of its peak off the model: a slip, a puncture, a drift, or another tissue than in the other tests; leave out what is not the tissue",
+            record.name,
+            record.time_s[middle] - record.time_s[0],
+            (record.depth_m[middle] - test.contact_m) * 1e3,
+        );
+        (pct.abs(), sentence)
+    })
+}
+
 /// Refuses a modulus that is none of a tissue, and names the unit that would make it one.
 fn refuse_modulus(modulus_pa: f64, records: &[Record]) -> Result<(), String> {
     let [low, high] = MODULI_PA;
@@ -370,12 +405,14 @@ fn unsaid(plan: &Plan, records: &[Record], fit: &Fitted, estimates: &[Estimate])
                 };
                 said.push(format!("the modulus is known to {:.0} % only, from {:.2} to {:.2} kPa; {with}", 100.0 * e.relative(), low * 1e-3, high * 1e-3));
             }
-            Quantity::Exponent => said.push(format!(
-                "the exponent b lies between {low:.2} and {high:.2}{}; press deeper than {:.1} mm ({} is the limit here) or repeat the test",
-                if e.open { " or above" } else { "" },
-                deepest_m * 1e3,
-                format_args!("{:.1} mm", 1e3 * plan.most_depth_m()),
-            )),
+            Quantity::Exponent => {
+                let most_m = plan.most_depth_m();
+                let remedy = match deepest_m < DEEP * most_m {
+                    true => format!("press deeper than {:.1} mm ({:.1} mm is the limit here) or repeat the test", deepest_m * 1e3, most_m * 1e3),
+                    false => "repeat the test, and leave the tests in one folder".to_owned(),
+                };
+                said.push(format!("the exponent b lies between {low:.2} and {high:.2}{}; {remedy}", if e.open { " or above" } else { "" }));
+            }
             Quantity::Share(k) => said.push(format!("the share of relaxation term {} lies between {low:.2} and {high:.2}; hold for {:.0} s and press faster", k + 1, (3.0 * hold_s).max(10.0))),
             Quantity::Time(k) if e.open && high < press_s => said.push(format!(
                 "relaxation term {} is faster than this test sees, or force and depth are not recorded at the same time: compare their clocks, and press faster than in {:.2} s",

@@ -81,6 +81,11 @@ const UNITS: [(&str, &str, f64); 25] = [
     ("force", "lbf", 4.448_222),
 ];
 
+/// Largest number of lines above the names.
+const MOST_ABOVE: usize = 200;
+/// What separates cells.
+const MARKS: [u8; 3] = [b';', b'\t', b','];
+
 /// The names that are known, for an error.
 #[must_use]
 pub fn known() -> String {
@@ -145,12 +150,56 @@ fn heading(text: &str) -> (Option<&'static str>, Option<(&'static str, f64)>) {
 
 /// Reads a number; a comma is its decimal mark if it cannot be anything else.
 fn number(cell: &str, comma: bool) -> Option<f64> {
-    let cell = cell.trim().trim_matches('"').trim();
     let value: f64 = if comma { cell.replace(',', ".").parse().ok()? } else { cell.parse().ok()? };
     value.is_finite().then_some(value)
 }
 
+/// Reads a time, also one of a clock in hours, minutes and seconds, with or without its date [s].
+fn clock_s(cell: &str, comma: bool) -> Option<f64> {
+    let of_day = cell.rsplit([' ', 'T']).next()?;
+    of_day.contains(':').then(|| of_day.split(':').try_fold(0.0, |sum, part| Some(60.0 * sum + number(part, comma)?)))?
+}
+
+/// Number, mark and cells of the line that names at least some of time, depth and force; what is
+/// above it is no part of the table. A comment may contain the names if no other line does.
+fn header(text: &str, least: usize) -> Option<(usize, u8, Vec<String>)> {
+    let named = |line: &str, mark: u8| {
+        let names = cells(line, mark).next()?.1;
+        let quantities: Vec<&str> = names.iter().filter_map(|name| heading(name).0).collect();
+        (WORDS[..3].iter().filter(|(of, _)| quantities.contains(of)).count() >= least).then_some(names)
+    };
+    let lines = || text.lines().enumerate().take(MOST_ABOVE);
+    let plain = lines().filter(|(_, line)| !line.starts_with('#'));
+    let comments = lines().filter_map(|(n, line)| Some((n, line.strip_prefix('#')?)));
+    plain.chain(comments).find_map(|(n, line)| MARKS.iter().find_map(|mark| Some((n, *mark, named(line, *mark)?))))
+}
+
+/// Cells of each row that has any, with the number of its line within the text.
+fn cells(text: &str, mark: u8) -> impl Iterator<Item = (usize, Vec<String>)> {
+    let reader = csv::ReaderBuilder::new()
+        .delimiter(mark)
+        .has_headers(false)
+        .flexible(true)
+        .comment(Some(b'#'))
+        .trim(csv::Trim::All)
+        .from_reader(text.as_bytes());
+    let row = |row: csv::StringRecord| {
+        let mut cells: Vec<String> = row.iter().map(str::to_owned).collect();
+        while cells.last().is_some_and(String::is_empty) {
+            cells.pop();
+        }
+        (row.position().map_or(0, |at| at.line() as usize), cells)
+    };
+    reader.into_records().flatten().map(row).filter(|(_, cells)| !cells.is_empty())
+}
+
 impl Table {
+    /// Whether a text has a row that names at least two quantities of a test.
+    #[must_use]
+    pub fn is_in(text: &str) -> bool {
+        header(text.trim_start_matches('\u{feff}'), 2).is_some()
+    }
+
     /// Reads the text of a file.
     ///
     /// # Errors
@@ -158,24 +207,31 @@ impl Table {
     pub fn read(name: &str, text: &str) -> Result<Self, String> {
         let bad = |what: String| format!("{name}: {what}");
         let text = text.trim_start_matches('\u{feff}');
-        let lines = || text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty() && !line.starts_with('#'));
-        let (first, header) = lines().next().ok_or_else(|| bad("the file is empty: give a table with a row of names".into()))?;
-        let mark = [';', '\t', ','].into_iter().find(|mark| header.contains(*mark)).ok_or_else(|| {
+        let is_row = |(_, line): &(usize, &str)| !line.trim().is_empty() && !line.starts_with('#');
+        let (first, line) = text
+            .lines()
+            .enumerate()
+            .find(is_row)
+            .ok_or_else(|| bad("the file is empty: give a table with a row of names".into()))?;
+        // without a row of all names, the first row says what is missing
+        let of_first =
+            |mark: &u8| line.as_bytes().contains(mark).then(|| (first, *mark, cells(line, *mark).next().unwrap_or_default().1));
+        let (first, mark, names) = header(text, 3).or_else(|| MARKS.iter().find_map(of_first)).ok_or_else(|| {
             bad(format!(
                 "line {}: one column, \"{}\": separate time, depth and force by commas, semicolons or tabs",
                 first + 1,
-                header.trim()
+                line.trim()
             ))
         })?;
-        let names: Vec<&str> = header.split(mark).map(|cell| cell.trim().trim_matches('"')).collect();
-        let mut found: [Option<(usize, f64)>; 6] = [None; 6];
+        let below = text.split_inclusive('\n').skip(first + 1).collect::<String>();
+        let mut rows: Vec<(usize, Vec<String>)> = cells(&below, mark).map(|(n, cells)| (first + 1 + n, cells)).collect();
         // some machines write the units in a row of their own
-        let below: Option<Vec<&str>> =
-            lines().nth(1).map(|(_, line)| line.split(mark).map(|c| c.trim().trim_matches('"')).collect());
-        let below = below.filter(|cells| cells.iter().all(|cell| number(cell, true).is_none()));
+        let no_number = |(_, cells): &(usize, Vec<String>)| cells.iter().all(|cell| number(cell, true).is_none());
+        let units = if rows.first().is_some_and(no_number) { rows.remove(0).1 } else { Vec::new() };
+        let mut found: [Option<(usize, f64)>; 6] = [None; 6];
         for (n, text) in names.iter().enumerate() {
             let (Some(quantity), unit) = heading(text) else { continue };
-            let under = || below.as_ref().and_then(|cells| heading(cells.get(n)?).1).filter(|(of, _)| *of == quantity);
+            let under = || units.get(n).and_then(|cell| heading(cell).1).filter(|(of, _)| *of == quantity);
             let si = match (quantity, unit.or_else(under)) {
                 ("test", _) => 1.0,
                 ("time", None) if !text.contains(['(', '[', '/']) => 1.0,
@@ -215,31 +271,30 @@ impl Table {
         if let (Some((k, _)), None) = (slide.or(friction), along) {
             table.notes.push(format!("{name}: \"{}\" is left out: friction needs slide_mm and lateral_force_mN", names[k]));
         }
-        let rows = || lines().skip(1 + usize::from(below.is_some()));
-        let comma = mark != ',' && rows().any(|(_, line)| line.contains(','));
+        let comma = rows.iter().flat_map(|(_, cells)| cells).any(|cell| cell.contains(','));
         if comma {
             table.notes.push(format!("{name}: commas are read as decimal marks"));
         }
-        for (n, line) in rows() {
-            let cells: Vec<&str> = line.split(mark).collect();
-            if cells.len() > names.len() && mark == ',' {
+        for (n, cells) in rows {
+            if cells.iter().any(|cell| cell.contains('\n')) {
+                return Err(bad(format!("line {n}: a quotation mark is not closed: remove it, or close it")));
+            }
+            if cells.len() > names.len() && mark == b',' {
                 return Err(bad(format!(
-                    "line {}: {} cells under {} names: decimal commas cannot be told from separators; separate by semicolons, or write points",
-                    n + 1,
+                    "line {n}: {} cells under {} names: decimal commas cannot be told from separators; separate by semicolons, or write points",
                     cells.len(),
                     names.len()
                 )));
             }
             let cell = |(k, si): (usize, f64)| {
-                let cell = cells.get(k).copied().unwrap_or("");
-                let value = number(cell, comma).ok_or_else(|| {
-                    bad(format!("line {}: \"{}\" under \"{}\" is no number: leave the row out", n + 1, cell.trim(), names[k]))
-                })?;
-                Ok::<f64, String>(value * si)
+                let cell = cells.get(k).map_or("", String::as_str);
+                let clock = || (k == time.0).then(|| clock_s(cell, comma)).flatten();
+                let value = number(cell, comma).map(|value| value * si).or_else(clock);
+                value.ok_or_else(|| bad(format!("line {n}: \"{cell}\" under \"{}\" is no number: leave the row out", names[k])))
             };
             let row = [cell(time)?, cell(depth)?, cell(force)?];
             let aside = along.map(|(slide, friction)| Ok::<_, String>([cell(slide)?, cell(friction)?])).transpose()?;
-            let of = test.map_or("", |(k, _)| cells.get(k).map_or("", |cell| cell.trim()));
+            let of = test.map_or("", |(k, _)| cells.get(k).map_or("", String::as_str));
             let of = if of.is_empty() { name.to_owned() } else { format!("{name}, test {of}") };
             let n = table.tests.iter().position(|(test, _)| *test == of).unwrap_or_else(|| {
                 table.tests.push((of, Vec::new()));
