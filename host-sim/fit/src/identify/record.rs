@@ -7,7 +7,7 @@ mod touch;
 
 pub use self::columns::{Table, known};
 pub use self::motion::Segments;
-use self::motion::{lasting, mean, merged, noise, spikes, thinned};
+use self::motion::{driven, lasting, mean, merged, noise, spikes, thinned};
 pub(super) use self::motion::{quantile, repeats};
 use self::touch::{FEWEST_BEFORE, LEAST_APPROACH, MOST_DRIFT, Touch, UNSURE};
 
@@ -143,7 +143,8 @@ impl Record {
         if span <= 0.0 || depth[at_peak] <= depth[touch.row] {
             return bad(upwards.into());
         }
-        let Segments { press, hold, retreat } = Segments::of(&depth, touch.row, touch.depth_m);
+        let segments = Segments::of(&depth, touch.row, touch.depth_m);
+        let (press, hold) = (segments.press.clone(), segments.hold.clone());
         let starts_before = touch.in_air(&depth, depth[deepest]);
         let zero_n = if starts_before { touch.zero_n } else { 0.0 };
         let peak_n = force[at_peak] - zero_n;
@@ -189,6 +190,10 @@ impl Record {
                 time[row]
             ));
         }
+        let mut depth = depth;
+        driven(&mut depth, &segments, span);
+        rows.iter_mut().zip(depth).for_each(|(row, depth)| row[1] = depth);
+        let Segments { press, hold, retreat } = segments;
         // rows long before contact say nothing more
         let from = touch.row.saturating_sub(press.end - touch.row);
         let step = ((press.end - from) / MOST_POINTS).max(1);

@@ -2,6 +2,10 @@
 
 use std::ops::Range;
 
+/// Noise of a depth over the deepest one that is left (1), and the largest number of neighbours on
+/// either side by which it is lowered, as a part of the rows of the press.
+const MOST_NOISE: f64 = 0.001;
+const MOST_ASIDE: usize = 10;
 /// Fewest means whose variation is known.
 const FEWEST_MEANS: usize = 8;
 /// Number of neighbours among which a value may stand out.
@@ -113,6 +117,26 @@ impl Segments {
             (retreat..again).rev().find(low).unwrap_or(again)
         });
         Self { press: 0..reached, hold: reached..retreat, retreat: retreat..end }
+    }
+}
+
+/// Depths [m] of a driven motion without the noise of their sensor, which would act as a motion: a
+/// line through neighbours of the same segment, as many as bring the noise below a share of the
+/// deepest depth [m].
+pub fn driven(depth_m: &mut [f64], segments: &Segments, span_m: f64) {
+    let wanted = (noise(depth_m) / (MOST_NOISE * span_m)).powi(2) / 2.0;
+    let aside = (wanted as usize).min(segments.press.len() / MOST_ASIDE);
+    for part in [&segments.press, &segments.hold, &segments.retreat] {
+        let read = depth_m[part.clone()].to_vec();
+        for (n, depth_m) in depth_m[part.clone()].iter_mut().enumerate() {
+            let first = n.saturating_sub(aside);
+            let near = &read[first..(n + aside + 1).min(read.len())];
+            let (middle, mean_m) = (0.5 * (near.len() - 1) as f64, mean(near));
+            let off = |k: usize| k as f64 - middle;
+            let spread: f64 = (0..near.len()).map(|k| off(k).powi(2)).sum();
+            let slope_m = near.iter().enumerate().map(|(k, d)| off(k) * d).sum::<f64>() / spread.max(1.0);
+            *depth_m = mean_m + slope_m * off(n - first);
+        }
     }
 }
 
