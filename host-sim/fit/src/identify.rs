@@ -6,6 +6,7 @@
 
 pub mod axial;
 pub mod elastic;
+pub mod estimate;
 pub mod fit;
 pub mod model;
 pub mod record;

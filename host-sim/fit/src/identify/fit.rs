@@ -7,6 +7,7 @@ use std::ops::Range;
 use rmpfit::{MPConfig, MPFitter, MPPar, MPResult};
 
 use super::elastic::Elastic;
+pub use super::estimate::{Estimate, Quantity};
 use super::model::{Tissue, growing_n};
 use super::record::{Record, quantile, repeats};
 
@@ -24,51 +25,12 @@ const MOST_ZERO: f64 = 5.0;
 pub const CHI_90: f64 = 2.706;
 /// Difference of the criterion up to which another number of terms is about as likely.
 const RIVAL: f64 = 2.0;
+/// Largest delay of the forces over the duration of a press (1), and what it must gain, in squared
+/// standard errors.
+const MOST_DELAY: f64 = 0.2;
+const DELAY_GAIN: f64 = 25.0;
 /// Weight of a held quantity, relative to a standard deviation of it.
 const HOLDING: f64 = 1e3;
-
-/// A quantity that is identified.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Quantity {
-    /// Instantaneous modulus [Pa].
-    Modulus,
-    /// Modulus after complete relaxation [Pa].
-    Relaxed,
-    /// Stiffening exponent (1).
-    Exponent,
-    /// Share of a Prony term (1).
-    Share(usize),
-    /// Time of a Prony term [s].
-    Time(usize),
-    /// Depth of first contact of a test [m].
-    Contact(usize),
-}
-
-impl Quantity {
-    /// Place of the quantity, or of what it depends on most, among the unknowns.
-    fn place(self, terms: usize) -> usize {
-        match self {
-            Self::Modulus | Self::Relaxed => 0,
-            Self::Exponent => 1,
-            Self::Share(k) => 2 + 2 * k,
-            Self::Time(k) => 3 + 2 * k,
-            Self::Contact(k) => 2 + 2 * terms + k,
-        }
-    }
-}
-
-/// A value with its 90 % interval.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Estimate {
-    /// The quantity.
-    pub of: Quantity,
-    /// Most likely value.
-    pub value: f64,
-    /// 90 % interval by the profile likelihood.
-    pub interval: [f64; 2],
-    /// Whether an end of the interval is where the fit stops looking, and not the data's.
-    pub open: bool,
-}
 
 /// Settings of a fit.
 #[derive(Clone, Debug)]
@@ -81,11 +43,13 @@ pub struct Settings {
     pub contact: bool,
     /// Range of the times of Prony terms [s]; that of the records if absent.
     pub times_s: Option<[f64; 2]>,
+    /// Whether the delay of the forces against the depths is fitted; it is zero otherwise.
+    pub delay: bool,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { terms: 0..MOST_TERMS + 1, stiffens: true, contact: true, times_s: None }
+        Self { terms: 0..MOST_TERMS + 1, stiffens: true, contact: true, times_s: None, delay: false }
     }
 }
 
@@ -97,6 +61,7 @@ pub struct Problem<'a> {
     rows: Vec<usize>,
     sigma_n: Vec<f64>,
     settings: Settings,
+    press_s: f64,
     times_s: [f64; 2],
 }
 
@@ -104,7 +69,7 @@ pub struct Problem<'a> {
 #[derive(Clone, Debug)]
 pub struct Fitted {
     /// ln E, ln(1 + b), then for each term the part of the rest that relaxes and ln time, then the
-    /// depth of contact of each record, then the zero of its force over the noise.
+    /// depth of contact of each record, then the zero of its force over the noise, and the delay.
     p: Vec<f64>,
     terms: usize,
     chi: f64,
@@ -134,6 +99,7 @@ struct Least<'a> {
 struct Forces {
     tissue: Vec<f64>,
     contact_m: f64,
+    delay_s: f64,
     depth_m: Vec<f64>,
     model_n: Vec<f64>,
 }
@@ -185,7 +151,7 @@ impl<'a> Problem<'a> {
         // far from the answer a loss that is linear beyond the noise has no slope to follow
         let sigma = |record: &Record| record.noise_n.max(START_NOISE * record.force_n.iter().copied().fold(0.0, f64::max));
         let sigma_n = records.iter().map(sigma).collect();
-        Self { elastic, records, rows, sigma_n, settings, times_s }
+        Self { elastic, records, rows, sigma_n, settings, press_s, times_s }
     }
 
     fn points(&self) -> usize {
@@ -199,12 +165,12 @@ impl<'a> Problem<'a> {
 
     /// Forces of the model in the fitted rows of one record, with the zero of its sensor [N].
     fn forces<'f>(&self, p: &[f64], terms: usize, of: usize, kept: &'f mut Forces) -> impl Iterator<Item = f64> + 'f {
-        let (tissue, contact_m) = (&p[..2 + 2 * terms], p[2 + 2 * terms + of]);
-        if kept.tissue != tissue || kept.contact_m != contact_m {
+        let (tissue, contact_m, delay_s) = (&p[..2 + 2 * terms], p[2 + 2 * terms + of], p[p.len() - 1]);
+        if kept.tissue != tissue || kept.contact_m != contact_m || kept.delay_s != delay_s {
             let (record, rows, constants) = (&self.records[of], self.rows[of], Self::tissue(p, terms));
-            (kept.tissue, kept.contact_m) = (tissue.to_vec(), contact_m);
-            kept.depth_m.clear();
-            kept.depth_m.extend(record.depth_m[..rows].iter().map(|d| d - contact_m));
+            (kept.tissue, kept.contact_m, kept.delay_s) = (tissue.to_vec(), contact_m, delay_s);
+            kept.depth_m = record.delayed_m(delay_s, contact_m);
+            kept.depth_m.truncate(rows);
             let curve = self.elastic.at(constants.stiffening_b);
             growing_n(&constants, &curve, &record.time_s[..rows], &kept.depth_m, &mut kept.model_n);
         }
@@ -266,6 +232,8 @@ impl<'a> Problem<'a> {
         // without rows before contact the zero of the force is taken on trust
         let zero = |record: &Record| if record.starts_before { MOST_ZERO } else { 0.0 };
         limits.extend(self.records.iter().map(|record| within(-zero(record), zero(record))));
+        let most_s = if self.settings.delay { MOST_DELAY * self.press_s } else { 0.0 };
+        limits.push(within(-most_s, most_s));
         limits
     }
 
@@ -304,7 +272,7 @@ impl<'a> Problem<'a> {
     /// The best fit of each number of terms, each from the one before with another term.
     fn ladder(&self) -> Vec<Fitted> {
         let contacts = self.records.iter().map(|r| r.contact_m);
-        let contacts: Vec<f64> = contacts.chain(self.records.iter().map(|_| 0.0)).collect();
+        let contacts: Vec<f64> = contacts.chain(self.records.iter().map(|_| 0.0)).chain([0.0]).collect();
         let mut fits: Vec<Fitted> = Vec::new();
         for terms in 0..self.settings.terms.end {
             let starts: Vec<Vec<f64>> = match fits.last() {
@@ -399,6 +367,17 @@ impl<'a> Problem<'a> {
         self.rows.iter().zip(&self.sigma_n).map(of).sum()
     }
 
+    /// The fit with a delay of the forces, if that leaves less by far; the other constants are fitted
+    /// with it from now on.
+    pub fn delayed(&mut self, fit: &Fitted) -> Option<Fitted> {
+        self.settings.delay = true;
+        let found = self.least(&fit.p, fit.terms, None).map(|found| self.sorted(found));
+        let spread = fit.inflation * fit.chi / self.points() as f64;
+        let found = found.filter(|found| fit.chi - found.chi > DELAY_GAIN * spread);
+        self.settings.delay = found.is_some();
+        found.map(|found| Fitted { criteria: fit.criteria.clone(), inflation: fit.inflation, ..found })
+    }
+
     /// Force of a record that a fit takes for zero [N].
     #[must_use]
     pub fn zero_n(&self, fit: &Fitted, record: usize) -> f64 {
@@ -488,6 +467,12 @@ impl Fitted {
     #[must_use]
     pub fn contact_m(&self, record: usize) -> f64 {
         self.p[2 + 2 * self.terms + record]
+    }
+
+    /// Time by which the forces come after the depths [s].
+    #[must_use]
+    pub fn delay_s(&self) -> f64 {
+        self.p[self.p.len() - 1]
     }
 
     /// Correlation between two quantities as the fit moves them (1).

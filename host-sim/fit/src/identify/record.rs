@@ -7,7 +7,7 @@ mod touch;
 
 pub use self::columns::{Table, known};
 pub use self::motion::Segments;
-use self::motion::{driven, lasting, mean, merged, noise, spikes, thinned};
+use self::motion::{between_readings, driven, lasting, mean, merged, noise, spikes, thinned};
 pub(super) use self::motion::{quantile, repeats};
 use self::touch::{FEWEST_BEFORE, LEAST_APPROACH, MOST_DRIFT, Touch, UNSURE};
 
@@ -21,7 +21,8 @@ const CONTACT_SHARE: f64 = 0.5;
 const SPEEDS_MM_PER_S: std::ops::RangeInclusive<f64> = 0.01..=1000.0;
 /// Fewest equal readings that count as a step of the converter, or as saturation.
 const LEVEL_ROWS: usize = 6;
-/// Depth over which a saturated reading stays, over that of the largest step of the converter (1).
+/// Number of saturated readings over that of the level below, and the way over which they stay over
+/// that of the largest step of the converter (1).
 const SATURATED: f64 = 2.0;
 /// Exponent of force over depth below which a loading is none of a ball on tissue (1).
 const LEAST_EXPONENT: f64 = 0.6;
@@ -114,7 +115,8 @@ impl Record {
         if rows.len() < counted {
             notes.push(format!("{name}: {} rows that stand out of their neighbours are left out", counted - rows.len()));
         }
-        let [time, depth, force] = [0, 1, 2].map(|k| column(&rows, k));
+        let [time, mut depth, force] = [0, 1, 2].map(|k| column(&rows, k));
+        between_readings(&mut depth);
         let noise_n = noise(&force);
         let largest = |values: &[f64]| (0..values.len()).fold(0, |most, n| if values[n] > values[most] { n } else { most });
         let first_n = mean(&force[..5]);
@@ -149,7 +151,7 @@ impl Record {
         let zero_n = if starts_before { touch.zero_n } else { 0.0 };
         let peak_n = force[at_peak] - zero_n;
         let (until_s, lasts) = (time[at_peak] - time[0], lasting(&force[hold.clone()], touch.row / 3));
-        if let Some(drift_n_per_s) = touch.drift(until_s, peak_n, lasts) {
+        if let Some(drift_n_per_s) = touch.drift(&rows, until_s, peak_n, noise_n, lasts) {
             return bad(format!(
                 "the force changes by {drift_n_per_s:.3} N per second before contact, {:.0} % of its peak until the peak: the sensor drifts, or depth and force are swapped; let the sensor warm up, or correct the names of the columns",
                 100.0 * (drift_n_per_s * until_s / peak_n).abs()
@@ -183,14 +185,13 @@ impl Record {
                 "the force grows only like depth to the power of {exponent:.2}, where tissue gives 1 to 3: the columns of depth and force seem to be swapped; check their names and units"
             ));
         }
-        if let Some((row, level_n)) = saturation(&depth[..press.end], &force[..press.end]) {
+        if let Some((row, level_n)) = saturation(&depth, &force, press.end, noise_n.max(noise(&force[..touch.row]))) {
             return bad(format!(
-                "the force stays at exactly {} N from {:.2} s on while the depth grows: the sensor is saturated; press less deep, or leave those rows out",
+                "the force stays at exactly {} N from {:.2} s on: the sensor is saturated, or the machine holds the force; press less deep, and hold the depth",
                 (level_n * 1e6).round() / 1e6,
                 time[row]
             ));
         }
-        let mut depth = depth;
         driven(&mut depth, &segments, span);
         rows.iter_mut().zip(depth).for_each(|(row, depth)| row[1] = depth);
         let Segments { press, hold, retreat } = segments;
@@ -220,6 +221,19 @@ impl Record {
             segments: Segments { press: 0..press, hold: press..hold, retreat: hold..depth_m.len() },
             depth_m,
         })
+    }
+
+    /// Depths below a surface [m] so long before each row [s], by which the forces come late.
+    #[must_use]
+    pub fn delayed_m(&self, delay_s: f64, surface_m: f64) -> Vec<f64> {
+        let last = self.time_s.len() - 1;
+        let at = |t: &f64| {
+            let n = self.time_s.partition_point(|other| *other < t - delay_s).clamp(1, last);
+            let share = (t - delay_s - self.time_s[n - 1]) / (self.time_s[n] - self.time_s[n - 1]);
+            self.depth_m[n - 1] + share.clamp(0.0, 1.0) * (self.depth_m[n] - self.depth_m[n - 1])
+        };
+        let depths: Vec<f64> = if delay_s == 0.0 { self.depth_m.clone() } else { self.time_s.iter().map(at).collect() };
+        depths.into_iter().map(|depth_m| depth_m - surface_m).collect()
     }
 
     /// Moves first contact to where a fit would have it; false if it is within its range already,
@@ -264,9 +278,19 @@ impl Record {
     /// Mean speed of the press [m/s].
     #[must_use]
     pub fn speed_m_per_s(&self) -> f64 {
-        let touched = self.depth_m.iter().position(|d| *d >= self.contact_m).unwrap_or(0);
         let end = self.segments.press.end.min(self.time_s.len() - 1);
+        let touched = self.depth_m[..end].iter().rposition(|d| *d < self.contact_m).unwrap_or(0);
         (self.depth_m[end] - self.depth_m[touched]) / (self.time_s[end] - self.time_s[touched]).max(1e-9)
+    }
+
+    /// What keeps a test from showing the tip in air, with its remedy.
+    #[must_use]
+    pub fn why_no_air(&self) -> &'static str {
+        let lowest_m = self.depth_m.iter().copied().fold(f64::MAX, f64::min);
+        match self.contact_m - lowest_m > LEAST_APPROACH * self.span_m() {
+            true => "too few rows show the tip in air before contact; record at a higher rate or come down more slowly",
+            false => "the tip does not come down to the surface in the rows; start recording 1 mm above it",
+        }
     }
 
     /// A sentence on a speed that neither hands nor test machines have, as a wrong unit gives it.
@@ -291,9 +315,18 @@ fn exponent(rows: &[[f64; 3]], surface_m: f64, peak_n: f64) -> Option<f64> {
     (points.len() > 4).then(|| (n * xy - x * y) / (n * xx - x * x))
 }
 
-/// Row and force [N] from which on a press's readings are equal over a longer way than that of any
-/// step of the converter in its upper half.
-fn saturation(depth_m: &[f64], force_n: &[f64]) -> Option<(usize, f64)> {
+/// First row and force [N] of readings that a sensor cuts off: with noise, more of them are equal to
+/// the largest than to the one below; else they are equal over a longer way than that of any step of
+/// the converter in the press's upper half.
+fn saturation(depth_m: &[f64], force_n: &[f64], press: usize, noise_n: f64) -> Option<(usize, f64)> {
+    let equal = |level_n: f64| (0..force_n.len()).filter(|n| force_n[*n] == level_n).collect::<Vec<usize>>();
+    let most_n = force_n.iter().copied().fold(f64::MIN, f64::max);
+    let below_n = force_n.iter().copied().filter(|f| *f < most_n).fold(f64::MIN, f64::max);
+    let [top, next] = [most_n, below_n].map(equal);
+    if noise_n > 0.0 && top.len() >= LEVEL_ROWS.max(SATURATED as usize * next.len()) {
+        return Some((top[0], most_n));
+    }
+    let (depth_m, force_n) = (&depth_m[..press], &force_n[..press]);
     let top_n = quantile(force_n, 1.0 - LEVEL_ROWS as f64 / force_n.len() as f64);
     let way_m = |level: &[usize]| depth_m[level[level.len() - 1]] - depth_m[level[0]];
     let rows: Vec<usize> = (0..force_n.len()).filter(|n| force_n[*n] > 0.5 * top_n).collect();

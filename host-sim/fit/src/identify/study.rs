@@ -7,13 +7,6 @@ use super::model::{Tissue, any_n};
 use super::record::Record;
 use super::slide::Slide;
 
-/// Relative half width of an interval up to which modulus and exponent are told (1), and the half
-/// width of a share.
-const TOLD_MODULUS: f64 = 0.05;
-const TOLD_EXPONENT: f64 = 0.2;
-/// Half width of an exponent's interval that is narrow at any value (1): gelatin has none.
-const TOLD_EXPONENT_LEAST: f64 = 0.05;
-const TOLD_SHARE: f64 = 0.05;
 /// Range of the moduli of tissues and phantoms [Pa].
 const MODULI_PA: [f64; 2] = [100.0, 10e6];
 /// Largest number of times that first contact is moved.
@@ -29,6 +22,8 @@ const TOLD_THICKNESS: f64 = 0.2;
 const MISFIT_PCT: f64 = 3.0;
 const MISFIT_NOISES: f64 = 6.0;
 const MISFIT_PARTS: usize = 40;
+/// Rms error over the peak [%] above which the rows are no test of a tissue.
+const MOST_RMS_PCT: f64 = 8.0;
 /// Depth over the deepest possible from which pressing deeper is no remedy (1).
 const DEEP: f64 = 0.9;
 /// Correlation from which two quantities trade off (1).
@@ -121,28 +116,6 @@ impl Identified {
     }
 }
 
-impl Estimate {
-    /// Half the width of the interval over the value (1).
-    #[must_use]
-    pub fn relative(&self) -> f64 {
-        0.5 * (self.interval[1] - self.interval[0]) / self.value
-    }
-
-    /// Whether the interval is narrow enough for the value to be relied on.
-    #[must_use]
-    pub fn told(&self) -> bool {
-        let half = 0.5 * (self.interval[1] - self.interval[0]);
-        !self.open
-            && match self.of {
-                Quantity::Modulus | Quantity::Relaxed => self.relative() <= TOLD_MODULUS,
-                Quantity::Exponent => half <= (TOLD_EXPONENT * self.value).max(TOLD_EXPONENT_LEAST),
-                Quantity::Share(_) => half <= TOLD_SHARE,
-                Quantity::Time(_) => self.relative() <= 0.5,
-                Quantity::Contact(_) => true,
-            }
-    }
-}
-
 /// Rms of a difference over the peak [%].
 fn rms_pct(model_n: &[f64], force_n: &[f64], peak_n: f64) -> f64 {
     let square: f64 = model_n.iter().zip(force_n).map(|(a, b)| (a - b).powi(2)).sum();
@@ -185,20 +158,28 @@ pub fn identify(plan: &Plan, records: &[Record]) -> Result<Identified, String> {
     let records = &records[..];
     let mut problem = Problem::new(&elastic, &records[..kept], fitted.clone(), Settings::default());
     let fit = problem.solve().ok_or_else(unsolved)?;
+    let fit = problem.delayed(&fit).unwrap_or(fit);
     let tissue = fit.tissue();
     refuse_modulus(tissue.youngs_modulus_pa, records)?;
-    let mut plain_problem =
-        Problem::new(&elastic, &records[..kept], fitted.clone(), Settings { stiffens: false, ..Settings::default() });
+    let mut plain_problem = Problem::new(
+        &elastic,
+        &records[..kept],
+        fitted.clone(),
+        Settings { stiffens: false, delay: fit.delay_s() != 0.0, ..Settings::default() },
+    );
     let plain = plain_problem.solve().ok_or_else(unsolved)?;
     let least = |fit: &Fitted| fit.criteria.iter().map(|c| c.1).fold(f64::MAX, f64::min);
     let mut wanted = vec![Quantity::Modulus, Quantity::Relaxed, Quantity::Exponent];
     wanted.extend((0..fit.terms()).flat_map(|k| [Quantity::Share(k), Quantity::Time(k)]));
-    let estimates: Vec<Estimate> = wanted.iter().map(|of| problem.estimate(&fit, *of)).collect();
+    let mut estimates: Vec<Estimate> = wanted.iter().map(|of| problem.estimate(&fit, *of)).collect();
+    // behind a term that is faster than the rows see, the instantaneous modulus has no upper end
+    let unseen = |e: &Estimate| matches!(e.of, Quantity::Time(_)) && e.open && e.interval[1] < press_s(&records[..kept]);
+    estimates[0].open |= estimates.iter().any(unseen);
     // a test that was left out keeps its own contact
     let mut tests = Vec::new();
     for (n, record) in records.iter().enumerate() {
         let contact_m = if n < kept { fit.contact_m(n) } else { record.contact_m };
-        let depth_m: Vec<f64> = record.depth_m.iter().map(|d| d - contact_m).collect();
+        let depth_m = record.delayed_m(fit.delay_s(), contact_m);
         let mut model_n = any_n(&tissue, &elastic.at(tissue.stiffening_b), &record.time_s, &depth_m);
         let zero_n = if n < kept { problem.zero_n(&fit, n) } else { 0.0 };
         model_n.iter_mut().for_each(|force_n| *force_n += zero_n);
@@ -208,13 +189,20 @@ pub fn identify(plan: &Plan, records: &[Record]) -> Result<Identified, String> {
         let tissue = fit.tissue();
         let of = |n: usize| {
             let r = &records[n];
-            let depth_m: Vec<f64> = r.depth_m[..fitted[n]].iter().map(|d| d - fit.contact_m(n)).collect();
-            let mut model = any_n(&tissue, &elastic.at(tissue.stiffening_b), &r.time_s[..fitted[n]], &depth_m);
+            let depth_m = r.delayed_m(fit.delay_s(), fit.contact_m(n));
+            let mut model = any_n(&tissue, &elastic.at(tissue.stiffening_b), &r.time_s[..fitted[n]], &depth_m[..fitted[n]]);
             model.iter_mut().for_each(|force_n| *force_n += problem.zero_n(fit, n));
             rms_pct(&model, &r.force_n[..fitted[n]], r.force_n.iter().copied().fold(0.0, f64::max)).powi(2)
         };
         ((0..kept).map(of).sum::<f64>() / kept as f64).sqrt()
     };
+    let rms_pct = error(&problem, &fit);
+    if rms_pct > MOST_RMS_PCT {
+        return Err(format!(
+            "{}: the best model is {rms_pct:.0} % rms of the peak off, so this is no press of a ball into a slab, or depth and force are swapped; check columns, units and --tip",
+            records[0].name
+        ));
+    }
     let judged = records.iter().zip(&tests).take(kept);
     let worst = judged.filter_map(|(record, test)| misfit(record, test)).max_by(|a, b| a.0.total_cmp(&b.0));
     let misfits = worst.is_some();
@@ -225,7 +213,7 @@ pub fn identify(plan: &Plan, records: &[Record]) -> Result<Identified, String> {
         block_m: plan.block_m,
         thickness_m: [plan.block_m[2]; 2],
         left: problem.left(&fit),
-        rms_pct: error(&problem, &fit),
+        rms_pct,
         plain: (plain.tissue(), error(&plain_problem, &plain)),
         exponent_gain: least(&plain) - least(&fit),
         criteria: fit.criteria.clone(),
@@ -387,18 +375,23 @@ fn refuse_modulus(modulus_pa: f64, records: &[Record]) -> Result<(), String> {
     ))
 }
 
+/// Duration of the fastest press [s].
+fn press_s(records: &[Record]) -> f64 {
+    records.iter().map(|r| r.span_m() / r.speed_m_per_s()).fold(f64::MAX, f64::min)
+}
+
 fn unsaid(plan: &Plan, records: &[Record], fit: &Fitted, estimates: &[Estimate]) -> Vec<String> {
     let mut said = Vec::new();
     let deepest_m = records.iter().map(Record::span_m).fold(0.0, f64::max);
     let hold_s = records.iter().map(Record::hold_s).fold(0.0, f64::max);
-    let press_s = records.iter().map(|r| r.span_m() / r.speed_m_per_s()).fold(f64::MAX, f64::min);
+    let press_s = press_s(records);
     let contact = |a: Quantity| (0..records.len()).any(|n| fit.correlation(a, Quantity::Contact(n)).abs() > TRADED);
     for e in estimates.iter().filter(|e| !e.told()) {
         let [low, high] = e.interval;
         match e.of {
             Quantity::Modulus => {
                 let with = match () {
-                    () if contact(e.of) && !records.iter().all(|r| r.starts_before) => "it trades off with first contact: start recording 1 mm above the surface".into(),
+                    () if contact(e.of) && !records.iter().all(|r| r.starts_before) => "it trades off with first contact: begin in air, and record at a higher rate".into(),
                     () if fit.correlation(e.of, Quantity::Exponent).abs() > TRADED => "it trades off with the exponent: press deeper, at a higher rate of rows".into(),
                     () if (0..fit.terms()).any(|k| fit.correlation(e.of, Quantity::Share(k)).abs() > TRADED) => format!("it trades off with the fast relaxation: press faster than in {:.2} s", 0.3 * press_s),
                     () => "repeat the test, and leave the tests in one folder".to_owned(),
@@ -419,9 +412,17 @@ fn unsaid(plan: &Plan, records: &[Record], fit: &Fitted, estimates: &[Estimate])
                 k + 1,
                 0.3 * press_s
             )),
+            Quantity::Time(k) if high < press_s => said.push(format!("the time of relaxation term {} lies between {low:.2} and {high:.2} s; press faster than in {:.2} s", k + 1, 0.3 * press_s)),
             Quantity::Time(k) => said.push(format!("the time of relaxation term {} lies between {low:.2} and {high:.2} s; hold for {:.0} s", k + 1, (3.0 * high).min(10.0 * hold_s.max(1.0)))),
             _ => {}
         }
+    }
+    if fit.delay_s() != 0.0 {
+        said.push(format!(
+            "the force comes {:.0} ms {} the depth, as behind a filter or by another clock: this is taken out; record both at the same time",
+            1e3 * fit.delay_s().abs(),
+            if fit.delay_s() > 0.0 { "after" } else { "before" }
+        ));
     }
     if hold_s < 1.0 {
         said.push(format!(
@@ -434,10 +435,11 @@ fn unsaid(plan: &Plan, records: &[Record], fit: &Fitted, estimates: &[Estimate])
             press_s / 20.0
         ));
     }
-    if !records.iter().all(|r| r.starts_before) {
-        said.push(
-            "the zero of the force is taken on trust, as the tip does not come down to the surface in the rows; start recording 1 mm above it".into(),
-        );
-    }
+    said.extend(
+        records
+            .iter()
+            .find(|r| !r.starts_before)
+            .map(|r| format!("the zero of the force is taken on trust, as {}", r.why_no_air())),
+    );
     said
 }

@@ -15,6 +15,9 @@ const WORDS: [(&str, &[&str]); 4] = [
             "tiefe",
             "eindringtiefe",
             "position",
+            "distance",
+            "disp",
+            "z",
             "crosshead",
             "weg",
             "standardweg",
@@ -28,7 +31,7 @@ const WORDS: [(&str, &[&str]); 4] = [
             "indentacion",
         ],
     ),
-    ("force", &["force", "load", "kraft", "standardkraft", "normalkraft", "last", "effort", "charge", "fuerza", "carga"]),
+    ("force", &["force", "fz", "load", "kraft", "standardkraft", "normalkraft", "last", "effort", "charge", "fuerza", "carga"]),
     ("test", &["test", "specimen", "run", "versuch", "probe", "essai", "ensayo", "prueba"]),
 ];
 
@@ -53,9 +56,10 @@ const ALONG: [&str; 16] = [
 ];
 
 /// Units of time, length and force, with their size in SI. Case matters: mN is not MN.
-const UNITS: [(&str, &str, f64); 25] = [
+const UNITS: [(&str, &str, f64); 29] = [
     ("time", "s", 1.0),
     ("time", "sec", 1.0),
+    ("time", "seconds", 1.0),
     ("time", "ms", 1e-3),
     ("time", "us", 1e-6),
     ("time", "µs", 1e-6),
@@ -66,6 +70,8 @@ const UNITS: [(&str, &str, f64); 25] = [
     ("depth", "m", 1.0),
     ("depth", "cm", 1e-2),
     ("depth", "mm", 1e-3),
+    ("depth", "inch", 25.4e-3),
+    ("depth", "nm", 1e-9),
     ("depth", "um", 1e-6),
     ("depth", "µm", 1e-6),
     ("depth", "μm", 1e-6),
@@ -76,6 +82,7 @@ const UNITS: [(&str, &str, f64); 25] = [
     ("force", "uN", 1e-6),
     ("force", "µN", 1e-6),
     ("force", "kN", 1e3),
+    ("force", "kgf", 9.806_65),
     ("force", "gf", 9.806_65e-3),
     ("force", "g", 9.806_65e-3),
     ("force", "lbf", 4.448_222),
@@ -143,14 +150,22 @@ fn heading(text: &str) -> (Option<&'static str>, Option<(&'static str, f64)>) {
     // the time of a test is a time, and the temperature of a test (C) is nothing that is read
     let quantity = named(|of| of != "test").or_else(|| named(|of| of == "test").filter(|_| !text.contains(['(', '['])));
     let unit = words.iter().enumerate().filter(|(n, _)| quantity.is_none_or(|(q, _)| q != *n)).find_map(|(_, word)| {
-        UNITS.iter().find(|(of, unit, _)| unit == word && quantity.is_none_or(|(_, q)| q == *of)).map(|(of, _, si)| (*of, *si))
+        let of_quantity = |of: &str| quantity.is_none_or(|(_, q)| q == of);
+        let exactly = UNITS.iter().find(|(of, unit, _)| unit == word && of_quantity(of));
+        // all in capitals: MM and S are clear, and MN is not
+        let lower = word.to_lowercase();
+        let capitals = || UNITS.iter().find(|(of, unit, _)| *of != "force" && *unit == lower && of_quantity(of));
+        exactly.or_else(capitals).map(|(of, _, si)| (*of, *si))
     });
     (quantity.map(|(_, q)| q), unit)
 }
 
 /// Reads a number; a comma is its decimal mark if it cannot be anything else.
 fn number(cell: &str, comma: bool) -> Option<f64> {
-    let value: f64 = if comma { cell.replace(',', ".").parse().ok()? } else { cell.parse().ok()? };
+    let value: f64 = match comma && cell.contains(',') {
+        true => cell.replace('.', "").replace(',', ".").parse().ok()?,
+        false => cell.parse().ok()?,
+    };
     value.is_finite().then_some(value)
 }
 
@@ -275,7 +290,15 @@ impl Table {
         if comma {
             table.notes.push(format!("{name}: commas are read as decimal marks"));
         }
+        let mut part = 1;
         for (n, cells) in rows {
+            // tests below each other repeat the names
+            if cells == names {
+                part += 1;
+            }
+            if cells == names || cells == units {
+                continue;
+            }
             if cells.iter().any(|cell| cell.contains('\n')) {
                 return Err(bad(format!("line {n}: a quotation mark is not closed: remove it, or close it")));
             }
@@ -296,6 +319,7 @@ impl Table {
             let aside = along.map(|(slide, friction)| Ok::<_, String>([cell(slide)?, cell(friction)?])).transpose()?;
             let of = test.map_or("", |(k, _)| cells.get(k).map_or("", String::as_str));
             let of = if of.is_empty() { name.to_owned() } else { format!("{name}, test {of}") };
+            let of = if part > 1 { format!("{of}, part {part}") } else { of };
             let n = table.tests.iter().position(|(test, _)| *test == of).unwrap_or_else(|| {
                 table.tests.push((of, Vec::new()));
                 table.along.push(Vec::new());

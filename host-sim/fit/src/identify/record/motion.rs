@@ -10,15 +10,22 @@ const MOST_ASIDE: usize = 10;
 const FEWEST_MEANS: usize = 8;
 /// Number of neighbours among which a value may stand out.
 const AROUND: usize = 9;
-/// Distance from its neighbours at which a value is a disturbance, in deviations of the noise and as
-/// a share of the whole range (1).
+/// Distance from its neighbours at which a value is a disturbance, in deviations of the noise, as a
+/// share of the whole range (1), and in steps between rows, which a coarse converter has.
 const SPIKE_NOISES: f64 = 10.0;
 const SPIKE_SHARE: f64 = 0.02;
+const SPIKE_STEPS: f64 = 4.0;
 /// Share of the deepest depth by which it must fall to count as a retreat (1): control loops
-/// overshoot and sag by 2 %.
-const FALL: f64 = 0.05;
-/// Share of the deepest depth that a press reaches at its end (1).
+/// overshoot and sag by less.
+const FALL: f64 = 0.15;
+/// Share of the deepest depth from which a fall is looked for (1).
+const DEEP: f64 = 0.5;
+/// Share of the deepest depth from which rows may be those of a hold, and of the hold's level that a
+/// press reaches at its end (1).
+const NEARLY: f64 = 0.93;
 const REACHED: f64 = 0.991;
+/// Way over the deepest depth that shows how fast the tip falls (1).
+const SHORT_WAY: f64 = 0.025;
 /// Share of the depth by which a tip comes in again, after which the rows are another cycle (1).
 const AGAIN: f64 = 0.1;
 
@@ -49,7 +56,8 @@ pub fn quantile(values: &[f64], share: f64) -> f64 {
 /// electronics, of which one would decide on contact, peak and depth.
 pub fn spikes(values: &[f64]) -> Vec<bool> {
     let all = [0.05, 0.95].map(|share| quantile(values, share));
-    let least = (SPIKE_NOISES * noise(values)).max(SPIKE_SHARE * (all[1] - all[0]));
+    let steps: Vec<f64> = values.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|step| *step > 0.0).collect();
+    let least = (SPIKE_NOISES * noise(values)).max(SPIKE_SHARE * (all[1] - all[0])).max(SPIKE_STEPS * quantile(&steps, 0.5));
     let first = |n: usize| n.saturating_sub(AROUND / 2).min(values.len().saturating_sub(AROUND));
     let outside = |n: usize| {
         let around = &values[first(n)..(first(n) + AROUND).min(values.len())];
@@ -89,24 +97,28 @@ impl Segments {
     pub fn of(depth_m: &[f64], touch: usize, surface_m: f64) -> Self {
         let deepest_m = depth_m[touch..].iter().copied().fold(f64::MIN, f64::max);
         let (span_m, wanders_m) = (deepest_m - surface_m, 4.0 * noise(depth_m));
+        let first = |from: usize, end: usize, share: f64, of_m: f64| {
+            (from..end).find(|n| depth_m[*n] - surface_m >= share * (of_m - surface_m)).unwrap_or(end)
+        };
         let (fall_m, mut highest_m) = (FALL * span_m + wanders_m, f64::MIN);
-        let fallen = (touch..depth_m.len()).find(|n| {
+        let fallen = (first(touch, depth_m.len(), DEEP, deepest_m)..depth_m.len()).find(|n| {
             highest_m = highest_m.max(depth_m[*n]);
             depth_m[*n] < highest_m - fall_m
         });
-        let end = fallen.unwrap_or(depth_m.len());
-        let is_reached = |n: &usize| depth_m[*n] - surface_m >= REACHED * (highest_m - surface_m);
-        let reached = (touch..end).find(is_reached).unwrap_or(end);
-        // the retreat begins where the tip comes to fall as fast as in the second half of the fall; an
-        // overshoot or a sag is slower
-        let retreat = fallen.map_or(end, |fallen| {
+        // the retreat begins where the tip comes to fall as fast as in the second half of that fall; an
+        // overshoot or a sag is slower, or over before
+        let retreat = fallen.map_or(depth_m.len(), |fallen| {
             let half = |n: &usize| depth_m[*n] >= depth_m[fallen] + 0.5 * fall_m;
-            let middle = (reached..fallen).rev().find(half).unwrap_or(reached);
-            let (rows, least_m) = (fallen - middle, 0.5 * (depth_m[middle] - depth_m[fallen]));
-            let falls = |n: usize| n >= reached + rows && depth_m[n - rows] - depth_m[n] > least_m;
-            let last = (reached..=middle).rev().find(|n| !falls(*n)).unwrap_or(reached);
-            last.saturating_sub(rows / 2).max(reached)
+            let middle = (touch..fallen).rev().find(half).unwrap_or(touch);
+            let per_row_m = (depth_m[middle] - depth_m[fallen]) / (fallen - middle) as f64;
+            let rows = (((SHORT_WAY * span_m).max(2.0 * wanders_m) / per_row_m) as usize).max(1);
+            let falls = |n: usize| n >= touch + rows && depth_m[n - rows] - depth_m[n] > 0.5 * per_row_m * rows as f64;
+            let last = (touch..=middle).rev().find(|n| !falls(*n)).unwrap_or(touch);
+            last.saturating_sub(rows / 2).max(touch)
         });
+        // a single row, as of a noisy sensor, is no level
+        let level_m = quantile(&depth_m[first(touch, retreat, NEARLY, highest_m)..retreat], 0.5);
+        let reached = first(touch, retreat, REACHED, level_m);
         let mut lowest_m = f64::MAX;
         let again = (retreat..depth_m.len()).find(|n| {
             lowest_m = lowest_m.min(depth_m[*n]);
@@ -117,6 +129,17 @@ impl Segments {
             (retreat..again).rev().find(low).unwrap_or(again)
         });
         Self { press: 0..reached, hold: reached..retreat, retreat: retreat..end }
+    }
+}
+
+/// Depths [m] on lines between readings, where they are read less often than the forces; a depth that
+/// stays for longer is at rest.
+pub fn between_readings(depth_m: &mut [f64]) {
+    let read: Vec<usize> = (0..depth_m.len()).filter(|n| *n == 0 || depth_m[*n] != depth_m[n - 1]).collect();
+    let rare = 2.0 * quantile(&read.windows(2).map(|w| (w[1] - w[0]) as f64).collect::<Vec<f64>>(), 0.5);
+    for w in read.windows(2).filter(|w| (w[1] - w[0]) as f64 <= rare) {
+        let per_row_m = (depth_m[w[1]] - depth_m[w[0]]) / (w[1] - w[0]) as f64;
+        (w[0] + 1..w[1]).for_each(|n| depth_m[n] = depth_m[n - 1] + per_row_m);
     }
 }
 

@@ -7,7 +7,9 @@ const POWERS: [f64; 4] = [1.5, 2.0, 2.75, 4.0];
 /// Number of depths of the first row below the surface that are tried, the least one over the way of
 /// the rows (1), and the ratio of two (1).
 const BELOW: (i32, f64, f64) = (40, 0.01, 1.15);
-/// Largest number of rows among which contact is looked for.
+/// Standard errors from which the rows before contact show a drift (1).
+const SEEN: f64 = 2.5;
+/// About the largest number of rows among which contact is looked for.
 const MOST_TRIED: usize = 200;
 /// Number of rows before contact from which the zero of the force and its drift are known.
 pub const FEWEST_BEFORE: usize = 8;
@@ -38,8 +40,8 @@ impl Touch {
     /// Finds the surface above which the force is level, and below which a power of the depth is
     /// added to it. The tip may start below the surface; its force has no level then.
     pub fn find(rows: &[[f64; 3]]) -> Self {
-        let stride = rows.len().div_ceil(MOST_TRIED);
-        let rows: Vec<[f64; 3]> = rows.iter().step_by(stride).copied().collect();
+        let places = places(rows);
+        let rows: Vec<[f64; 3]> = places.iter().map(|n| rows[*n]).collect();
         let [(first_s, first_m), (_, last_m)] = [rows[0], rows[rows.len() - 1]].map(|[t, d, _]| (t, d));
         let within = (0..rows.len() - 4).map(|row| (row, rows[row][1]));
         let below = (0..BELOW.0).map(|n| (0, first_m - BELOW.1 * BELOW.2.powi(n) * (last_m - first_m).max(0.0)));
@@ -65,7 +67,7 @@ impl Touch {
                 let off: f64 = rows.iter().map(|at| (found.dot(&basis(at)) - at[2]).powi(2)).sum();
                 let criterion = count * (off + 1e-9 * squares).ln() + used.iter().sum::<f64>() * count.ln();
                 if criterion < best.0 && found.z > 0.0 {
-                    best = (criterion, row * stride, surface_m, found);
+                    best = (criterion, places[row], surface_m, found);
                 }
             }
             best
@@ -82,10 +84,31 @@ impl Touch {
     }
 
     /// A drift of the sensor [N/s] that changes the force until the peak [s] by a share of it [N],
-    /// and without which neither a later nor an earlier contact explains the rows; `lasting` is the
-    /// factor by which their noise lasts.
-    pub fn drift(&self, until_s: f64, peak_n: f64, lasting: f64) -> Option<f64> {
+    /// that the rows before contact show, and without which neither a later nor an earlier contact
+    /// explains the others. `noise_n` is that of a row, and `lasting` the factor by which it lasts.
+    pub fn drift(&self, rows: &[[f64; 3]], until_s: f64, peak_n: f64, noise_n: f64, lasting: f64) -> Option<f64> {
+        let rows = &rows[..self.row];
+        let [mean_s, mean_n] = [0, 2].map(|k| rows.iter().map(|row| row[k]).sum::<f64>() / self.row as f64);
+        let spread: f64 = rows.iter().map(|row| (row[0] - mean_s).powi(2)).sum();
+        let slope = rows.iter().map(|row| (row[0] - mean_s) * (row[2] - mean_n)).sum::<f64>() / spread;
         let changes = (self.drift_n_per_s * until_s).abs() > MOST_DRIFT * peak_n;
-        (changes && self.gain > (UNSURE * lasting).powi(2)).then_some(self.drift_n_per_s)
+        let seen = slope * self.drift_n_per_s.signum() > SEEN * noise_n * lasting / spread.sqrt();
+        (changes && seen && self.gain > (UNSURE * lasting).powi(2)).then_some(self.drift_n_per_s)
     }
+}
+
+/// Rows among which contact is looked for: those in which the tip is deeper than before by a part of
+/// the way, and as few in time while it is not, as a long rest says no more than a short one.
+fn places(rows: &[[f64; 3]]) -> Vec<usize> {
+    let [first, last] = [rows[0], rows[rows.len() - 1]];
+    let [step_s, step_m] = [0, 1].map(|k| (last[k] - first[k]) / (0.5 * MOST_TRIED as f64));
+    let (mut places, mut deepest_m) = (vec![0], first[1]);
+    for (n, [t, d, _]) in rows.iter().enumerate().skip(1) {
+        let kept_s = rows[places[places.len() - 1]][0];
+        if *d >= deepest_m + step_m || *t >= kept_s + step_s {
+            places.push(n);
+            deepest_m = deepest_m.max(*d);
+        }
+    }
+    places
 }
