@@ -114,11 +114,12 @@ fn a_tip_at_rest_proves_no_air() {
     }
 }
 
-/// What changes the row of an index.
+/// Change of the row of an index.
 type Change = fn(usize, [f64; 3]) -> [f64; 3];
 
 /// A press at 2 mm/s from 0.6 mm above the tissue to 3 mm, held for three seconds and withdrawn at
-/// the same speed, in a hundred rows a second: rows of time, depth and force, and what changes them.
+/// the same speed, in a hundred rows a second: rows of time, depth and force, and what changes
+/// them.
 fn pressed(noise: f64, change: impl Fn(usize, [f64; 3]) -> [f64; 3]) -> Vec<[f64; 3]> {
     let mut uniform = uniforms(7);
     let row = |n: usize| {
@@ -226,7 +227,7 @@ fn identified(made: &Indentation, tests: Vec<Vec<[f64; 3]>>) -> Identified {
         .unwrap()
 }
 
-/// What the model does not contain is said, with its place: two tissues in one folder, a puncture,
+/// A misfit is said with its place: two tissues in one folder, a puncture,
 /// a drift that begins with the press.
 #[test]
 fn what_no_tissue_explains_is_said() {

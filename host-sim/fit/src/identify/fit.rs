@@ -367,8 +367,8 @@ impl<'a> Problem<'a> {
         self.rows.iter().zip(&self.sigma_n).map(of).sum()
     }
 
-    /// The fit with a delay of the forces, if that leaves less by far; the other constants are fitted
-    /// with it from now on.
+    /// The fit with a delay of the forces, if that leaves less by far; the other constants are
+    /// fitted with it from now on.
     pub fn delayed(&mut self, fit: &Fitted) -> Option<Fitted> {
         self.settings.delay = true;
         let found = self.least(&fit.p, fit.terms, None).map(|found| self.sorted(found));

@@ -15,6 +15,10 @@ use self::touch::{FEWEST_BEFORE, LEAST_APPROACH, MOST_DRIFT, Touch, UNSURE};
 const FEWEST_ROWS: usize = 20;
 /// Change of the force, in standard deviations of its noise, that counts as contact.
 const LEAST_NOISES: f64 = 12.0;
+/// Share of the way up to which the tip hardly moves, and share of the force that no tissue gives
+/// until then (1).
+const STILL: f64 = 0.03;
+const MOST_EARLY: f64 = 0.1;
 /// Share of the rise of the force up to which rows are used to find contact (1).
 const CONTACT_SHARE: f64 = 0.5;
 /// Mean speeds of a press that are believed [mm/s].
@@ -137,6 +141,15 @@ impl Record {
             return bad(
                 "the force is negative where it is largest: give the force on the tip, positive when it pushes back".into()
             );
+        }
+        let moves_m = depth[0] + STILL * (depth[deepest] - depth[0]) + 2.0 * noise(&depth);
+        let still = depth.iter().position(|d| *d > moves_m).unwrap_or(0);
+        let early_n = if still > 5 { mean(&force[still - 5..still]) - first_n } else { 0.0 };
+        if early_n.abs() > MOST_EARLY * changes[at_peak] {
+            return bad(format!(
+                "the force changes by {:.0} % of its peak before the tip moves: the sensor drifts, or depth and force are swapped; let the sensor warm up, or correct the names of the columns",
+                100.0 * early_n.abs() / changes[at_peak]
+            ));
         }
         let rises = |n: &usize| force[*n] - first_n > CONTACT_SHARE * changes[at_peak];
         let begins = (0..=at_peak).find(rises).unwrap_or(at_peak);
@@ -283,7 +296,7 @@ impl Record {
         (self.depth_m[end] - self.depth_m[touched]) / (self.time_s[end] - self.time_s[touched]).max(1e-9)
     }
 
-    /// What keeps a test from showing the tip in air, with its remedy.
+    /// Reason why a test does not show the tip in air, with its remedy.
     #[must_use]
     pub fn why_no_air(&self) -> &'static str {
         let lowest_m = self.depth_m.iter().copied().fold(f64::MAX, f64::min);
@@ -315,9 +328,9 @@ fn exponent(rows: &[[f64; 3]], surface_m: f64, peak_n: f64) -> Option<f64> {
     (points.len() > 4).then(|| (n * xy - x * y) / (n * xx - x * x))
 }
 
-/// First row and force [N] of readings that a sensor cuts off: with noise, more of them are equal to
-/// the largest than to the one below; else they are equal over a longer way than that of any step of
-/// the converter in the press's upper half.
+/// First row and force [N] of readings that a sensor cuts off: with noise, more of them are equal
+/// to the largest than to the one below; else they are equal over a longer way than that of any
+/// step of the converter in the press's upper half.
 fn saturation(depth_m: &[f64], force_n: &[f64], press: usize, noise_n: f64) -> Option<(usize, f64)> {
     let equal = |level_n: f64| (0..force_n.len()).filter(|n| force_n[*n] == level_n).collect::<Vec<usize>>();
     let most_n = force_n.iter().copied().fold(f64::MIN, f64::max);

@@ -307,7 +307,8 @@ fn solve(setup: &Setup, records: &[Record]) -> Result<Elastic, String> {
     let deepest_m = records.iter().map(deepest).fold(0.0, f64::max);
     Elastic::solve(setup, deepest_m).ok_or_else(|| {
         format!(
-            "the finite elements of the test find no equilibrium {:.2} mm deep under a ball of {} mm: check --tip, --thickness and the unit of the depth",
+            "{}: the finite elements of the test find no equilibrium {:.2} mm deep under a ball of {} mm: check --tip, --thickness and the unit of the depth",
+            records[0].name,
             deepest_m * 1e3,
             setup.ball_m * 1e3
         )
@@ -338,8 +339,8 @@ fn judge(record: &Record, model_n: Vec<f64>, contact_m: f64, fitted: usize) -> J
     Judged { contact_m, depth_m, fitted, model_n, segments, lift_off_m }
 }
 
-/// Largest mean difference of neighbouring rows over the peak [%], with a sentence on it, where it is
-/// far above the noise: rows contain something that the model does not.
+/// Largest mean difference of neighbouring rows over the peak [%], with a sentence on it, where it
+/// is far above the noise: rows contain something that the model does not.
 fn misfit(record: &Record, test: &Judged) -> Option<(f64, String)> {
     let peak_n = record.force_n.iter().copied().fold(0.0, f64::max);
     let off_n: Vec<f64> = test.model_n[..test.fitted].iter().zip(&record.force_n).map(|(model, force)| force - model).collect();

@@ -23,7 +23,7 @@ const MOST_RMS: [f64; 2] = [0.01, 0.02];
 const EVERY: usize = 20;
 /// Settings of the fit: during a loading of seconds the fast part relaxes already, and a hold of
 /// 0.5 to 9.5 s determines two terms with times in this range [s].
-const SETTINGS: Settings = Settings { terms: 2..3, stiffens: false, contact: false, times_s: Some([0.1, 30.0]) };
+const SETTINGS: Settings = Settings { terms: 2..3, stiffens: false, contact: false, times_s: Some([0.1, 30.0]), delay: false };
 
 #[derive(Deserialize)]
 struct Beef {

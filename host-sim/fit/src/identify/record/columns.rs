@@ -90,7 +90,7 @@ const UNITS: [(&str, &str, f64); 29] = [
 
 /// Largest number of lines above the names.
 const MOST_ABOVE: usize = 200;
-/// What separates cells.
+/// Separators of cells.
 const MARKS: [u8; 3] = [b';', b'\t', b','];
 
 /// The names that are known, for an error.

@@ -20,8 +20,8 @@ const SPIKE_STEPS: f64 = 4.0;
 const FALL: f64 = 0.15;
 /// Share of the deepest depth from which a fall is looked for (1).
 const DEEP: f64 = 0.5;
-/// Share of the deepest depth from which rows may be those of a hold, and of the hold's level that a
-/// press reaches at its end (1).
+/// Share of the deepest depth from which rows may be those of a hold, and of the hold's level that
+/// a press reaches at its end (1).
 const NEARLY: f64 = 0.93;
 const REACHED: f64 = 0.991;
 /// Way over the deepest depth that shows how fast the tip falls (1).
@@ -92,8 +92,8 @@ pub fn repeats(off: &[f64]) -> f64 {
 }
 
 impl Segments {
-    /// Segments of a motion from the row of contact on, at the surface's depth; rows from the end of
-    /// the retreat on are another cycle.
+    /// Segments of a motion from the row of contact on, at the surface's depth; rows from the end
+    /// of the retreat on are another cycle.
     pub fn of(depth_m: &[f64], touch: usize, surface_m: f64) -> Self {
         let deepest_m = depth_m[touch..].iter().copied().fold(f64::MIN, f64::max);
         let (span_m, wanders_m) = (deepest_m - surface_m, 4.0 * noise(depth_m));
@@ -105,8 +105,8 @@ impl Segments {
             highest_m = highest_m.max(depth_m[*n]);
             depth_m[*n] < highest_m - fall_m
         });
-        // the retreat begins where the tip comes to fall as fast as in the second half of that fall; an
-        // overshoot or a sag is slower, or over before
+        // the retreat begins where the tip comes to fall as fast as in the second half of that
+        // fall; an overshoot or a sag is slower, or over before
         let retreat = fallen.map_or(depth_m.len(), |fallen| {
             let half = |n: &usize| depth_m[*n] >= depth_m[fallen] + 0.5 * fall_m;
             let middle = (touch..fallen).rev().find(half).unwrap_or(touch);
@@ -132,8 +132,8 @@ impl Segments {
     }
 }
 
-/// Depths [m] on lines between readings, where they are read less often than the forces; a depth that
-/// stays for longer is at rest.
+/// Depths [m] on lines between readings, where they are read less often than the forces; a depth
+/// that stays for longer is at rest.
 pub fn between_readings(depth_m: &mut [f64]) {
     let read: Vec<usize> = (0..depth_m.len()).filter(|n| *n == 0 || depth_m[*n] != depth_m[n - 1]).collect();
     let rare = 2.0 * quantile(&read.windows(2).map(|w| (w[1] - w[0]) as f64).collect::<Vec<f64>>(), 0.5);

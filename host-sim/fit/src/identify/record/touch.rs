@@ -4,8 +4,8 @@ use nalgebra::{Matrix3, Vector3};
 
 /// Powers of the depth that are tried: Hertz's, and those of thin or stiffening tissue.
 const POWERS: [f64; 4] = [1.5, 2.0, 2.75, 4.0];
-/// Number of depths of the first row below the surface that are tried, the least one over the way of
-/// the rows (1), and the ratio of two (1).
+/// Number of depths of the first row below the surface that are tried, the least one over the way
+/// of the rows (1), and the ratio of two (1).
 const BELOW: (i32, f64, f64) = (40, 0.01, 1.15);
 /// Standard errors from which the rows before contact show a drift (1).
 const SEEN: f64 = 2.5;
@@ -18,8 +18,8 @@ pub const FEWEST_BEFORE: usize = 8;
 pub const LEAST_APPROACH: f64 = 0.05;
 /// Largest change of the force by drift until the peak, as a share of the peak (1).
 pub const MOST_DRIFT: f64 = 0.05;
-/// Smallest drift that is believed, in standard errors of it (1). With three, one in a hundred tests
-/// of a quiet sensor was refused, since contact is found from the same noise.
+/// Smallest drift that is believed, in standard errors of it (1). With three, one in a hundred
+/// tests of a quiet sensor was refused, since contact is found from the same noise.
 pub const UNSURE: f64 = 4.5;
 
 /// First contact.
@@ -97,8 +97,8 @@ impl Touch {
     }
 }
 
-/// Rows among which contact is looked for: those in which the tip is deeper than before by a part of
-/// the way, and as few in time while it is not, as a long rest says no more than a short one.
+/// Rows among which contact is looked for: those in which the tip is deeper than before by a part
+/// of the way, and as few in time while it is not, as a long rest says no more than a short one.
 fn places(rows: &[[f64; 3]]) -> Vec<usize> {
     let [first, last] = [rows[0], rows[rows.len() - 1]];
     let [step_s, step_m] = [0, 1].map(|k| (last[k] - first[k]) / (0.5 * MOST_TRIED as f64));
