@@ -72,6 +72,7 @@ fn read(path: &Path, thickness_m: f64, ball_m: f64) -> Result<Tests, Error> {
             let record = Record::of(&name, &rows, thickness_m).map_err(TissueError::Usage)?;
             let contact_radius_m = (ball_m * record.span_m()).sqrt().min(ball_m);
             if !along.is_empty() {
+                let rows: Vec<[f64; 3]> = rows.iter().map(|[t, d, f]| [*t, *d, f - record.zero_n]).collect();
                 tests.slides.extend(Slide::of(&name, &rows, &along, contact_radius_m).map_err(TissueError::Usage)?);
             }
             tests.notes.extend_from_slice(&record.notes);
@@ -151,9 +152,8 @@ impl IdentifyArgs {
         }
         let rows = found.tests.iter().enumerate().flat_map(|(n, test)| {
             let record = &records[n];
-            (0..record.time_s.len()).map(move |k| {
-                [n as f64, record.time_s[k], record.depth_m[k] - test.contact_m, record.force_n[k], test.model_n[k]]
-            })
+            let depth_m = record.delayed_m(found.delay_s, test.contact_m);
+            (0..record.time_s.len()).map(move |k| [n as f64, record.time_s[k], depth_m[k], record.force_n[k], test.model_n[k]])
         });
         folder.write_csv("fit.csv", ["test", "time_s", "depth_m", "force_n", "model_n"], rows)?;
         report::figure(found, records, beside).draw(folder.draft())?;

@@ -125,7 +125,9 @@ fn a_slide_tells_the_friction_of_the_scene() {
     assert!(found.code == Some(0) && found.stdout.contains("slid 16.0 mm at 2.0 mm/s: friction 0.400"), "{found:?}");
     assert!(!found.stdout.contains("slide along the surface"), "{found:?}");
     let scene = std::fs::read_to_string(desk.folder().join("out/identified.toml")).unwrap();
-    assert!(scene.contains("friction = 0.4  # 90 % interval"), "{scene}");
+    let friction = scene.lines().find_map(|line| line.strip_prefix("friction = ")?.split(' ').next()?.parse().ok());
+    // the zero of the force in air, which is noise here, is taken off
+    assert!(friction.is_some_and(|friction: f64| (friction - 0.4).abs() < 2e-3), "{scene}");
 }
 
 #[test]

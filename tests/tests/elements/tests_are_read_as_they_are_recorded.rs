@@ -22,6 +22,7 @@ fn tables_of_machines_are_read() {
         "\"time_s\",\"depth_mm\",\"force_N\"\n\"0,5\",\"2\",\"3\"\n\"1,5\",\"4,0\",\"6\"\n",
         "Time;Depth;Force;\ns;mm;mN;\n0,5;2;3000;\n1,5;4;6000;\n",
         "time,depth_mm,force_N\n00:00:00.5,2,3\n2026-11-29 00:00:01.5,4,6\n",
+        "Total Time (s),Cycle Elapsed Time (s),Crosshead (mm),Force (N),Force setpoint (N)\n0.5,0,2,3,9\n1.5,1,4,6,9\n",
         "TIME (SECONDS);DISTANCE (MM);Fz [N]\n0,5;2,000;3\n1,5;4,000;6\n",
         "time_s;depth_um;force_N\n0,5;2.000,0;3\n1,5;4.000,0;6\n",
     ] {
@@ -29,6 +30,8 @@ fn tables_of_machines_are_read() {
         assert_eq!(table.tests.len(), 1, "{text}");
         assert_eq!(table.tests[0].1, ROWS, "{text}");
     }
+    let night = "time,depth_mm,force_N\n23:59:59.5,2,3\n00:00:00.5,4,6\n";
+    assert!((Table::read("night.csv", night).unwrap().tests[0].1[1][0] - 86_400.5).abs() < 1e-9);
     let below = "time_s,depth_mm,force_N\n0.5,2,3\ntime_s,depth_mm,force_N\n0.5,2,3\n";
     let names: Vec<String> = Table::read("two.csv", below).unwrap().tests.into_iter().map(|(name, _)| name).collect();
     assert_eq!(names, ["two.csv", "two.csv, part 2"]);
@@ -228,7 +231,7 @@ fn identified(made: &Indentation, tests: Vec<Vec<[f64; 3]>>) -> Identified {
 }
 
 /// A misfit is said with its place: two tissues in one folder, a puncture,
-/// a drift that begins with the press.
+/// a step of the sensor.
 #[test]
 fn what_no_tissue_explains_is_said() {
     let made = Indentation { durations_s: [0.5, 2.0, 5.0, 0.0], ..Indentation::phantom() };
@@ -313,4 +316,31 @@ fn sensors_at_other_times_do_not_change_the_tissue() {
         assert!((e.value / 12e3 - 1.0).abs() < 0.05 && (b.value - 0.3).abs() < 0.06, "{what}");
         assert_eq!(found.unsaid.iter().any(|line| line.contains("ms after the depth")), said, "{what}");
     }
+}
+
+/// A press that is withdrawn at once has no hold in which its force could drift, and a logger that
+/// pauses until the tip is deep in the tissue is no fault of the program.
+#[test]
+fn presses_without_a_hold_are_read() {
+    for (rate_hz, noise) in [(10.0, 0.0), (14.0, 0.003), (50.0, 0.01), (200.0, 0.003), (1000.0, 0.01)] {
+        for offset_mm in [-10.0, -0.2, 5.0] {
+            let mut uniform = uniforms(5);
+            let row = |n: usize| {
+                let t = n as f64 / rate_hz;
+                let depth_mm = if t < 2.0 { 3.0 * (t - 1.0) } else { 3.0 - 3.0 * (t - 2.0) };
+                let normal = (0..12).map(|_| uniform()).sum::<f64>() - 6.0;
+                [t, (depth_mm + offset_mm) * 1e-3, (depth_mm.max(0.0) / 3.0).powf(2.0) + noise * normal]
+            };
+            let made = Record::of("made up", &(0..(3.0 * rate_hz) as usize).map(row).collect::<Vec<_>>(), 0.01);
+            let made = made.unwrap_or_else(|why| panic!("{rate_hz} Hz, {offset_mm} mm: {why}"));
+            let contact_mm = made.contact_m * 1e3 - offset_mm;
+            println!("{rate_hz} Hz, {offset_mm} mm: contact at {contact_mm:.3} mm, held for {:.2} s", made.hold_s());
+            assert!(contact_mm.abs() < 0.7 && made.hold_s() < 0.3, "{rate_hz} Hz: {contact_mm} mm, {} s", made.hold_s());
+        }
+    }
+    let rest = (0..30).map(|n| [0.01 * f64::from(n), -5e-4, 0.0]);
+    let deep = (0..50).map(|n| f64::from(n) * 2e-5 + 2e-3).enumerate();
+    let paused: Vec<[f64; 3]> = rest.chain(deep.map(|(n, d)| [60.0 + 0.01 * n as f64, d, 1e4 * d.powf(1.5)])).collect();
+    let made = Record::of("paused", &paused, 0.01).map(|made| made.contact_range_m);
+    assert!(made.as_ref().is_ok_and(|[low_m, high_m]| *low_m < 0.0 && 0.0 < *high_m), "{made:?}");
 }

@@ -94,7 +94,8 @@ struct Least<'a> {
 }
 
 /// Forces of the model in the fitted rows of one record, and the unknowns that they are of: the
-/// tissue's and first contact. A derivative by one contact leaves the other records alone.
+/// tissue's, first contact and the delay. A derivative by one contact leaves the other records
+/// alone.
 #[derive(Clone, Debug, Default)]
 struct Forces {
     tissue: Vec<f64>,
@@ -147,7 +148,7 @@ impl<'a> Problem<'a> {
         let step_s = records.iter().map(|r| (r.time_s[press(r) - 1] - r.time_s[0]) / press(r) as f64);
         let press_s = records.iter().map(|r| r.span_m() / r.speed_m_per_s()).fold(f64::MAX, f64::min);
         let fast_s = (2.0 * step_s.fold(f64::MAX, f64::min)).max(press_s / 20.0);
-        let times_s = settings.times_s.unwrap_or([fast_s, 3.0 * longest_s]);
+        let times_s = settings.times_s.unwrap_or([fast_s.min(longest_s), 3.0 * longest_s]);
         // far from the answer a loss that is linear beyond the noise has no slope to follow
         let sigma = |record: &Record| record.noise_n.max(START_NOISE * record.force_n.iter().copied().fold(0.0, f64::max));
         let sigma_n = records.iter().map(sigma).collect();
@@ -351,8 +352,8 @@ impl<'a> Problem<'a> {
         Some(Fitted { criteria, rivals, ..taken.into_iter().next()?.2 })
     }
 
-    /// Sum over the records of their independent points times the logarithm of the mean square of
-    /// what the fit leaves [ln N^2], to compare models of the same rows.
+    /// Sum over the records of their points times the logarithm of the mean square of what the fit
+    /// leaves [ln N^2], to compare models of the same rows.
     #[must_use]
     pub fn left(&self, fit: &Fitted) -> f64 {
         let mut out = vec![0.0; self.points()];
@@ -362,7 +363,7 @@ impl<'a> Problem<'a> {
             let (own, others) = rest.split_at(*rows);
             rest = others;
             let n = *rows as f64;
-            n / fit.inflation * (sigma_n.powi(2) * own.iter().map(|r| r * r).sum::<f64>() / n).ln()
+            n * (sigma_n.powi(2) * own.iter().map(|r| r * r).sum::<f64>() / n).ln()
         };
         self.rows.iter().zip(&self.sigma_n).map(of).sum()
     }
@@ -373,9 +374,16 @@ impl<'a> Problem<'a> {
         self.settings.delay = true;
         let found = self.least(&fit.p, fit.terms, None).map(|found| self.sorted(found));
         let spread = fit.inflation * fit.chi / self.points() as f64;
-        let found = found.filter(|found| fit.chi - found.chi > DELAY_GAIN * spread);
+        let within_s = 0.98 * MOST_DELAY * self.press_s;
+        let gains = |found: &Fitted| fit.chi - found.chi > DELAY_GAIN * spread && found.delay_s().abs() < within_s;
+        let found = found.filter(gains);
         self.settings.delay = found.is_some();
-        found.map(|found| Fitted { criteria: fit.criteria.clone(), inflation: fit.inflation, ..found })
+        found.map(|found| Fitted {
+            criteria: fit.criteria.clone(),
+            inflation: fit.inflation,
+            rivals: fit.rivals.iter().filter_map(|rival| self.least(&rival.p, rival.terms, None)).collect(),
+            ..found
+        })
     }
 
     /// Force of a record that a fit takes for zero [N].

@@ -15,6 +15,8 @@ use self::touch::{FEWEST_BEFORE, LEAST_APPROACH, MOST_DRIFT, Touch, UNSURE};
 const FEWEST_ROWS: usize = 20;
 /// Change of the force, in standard deviations of its noise, that counts as contact.
 const LEAST_NOISES: f64 = 12.0;
+/// Share of the depth by which it may grow in a hold in which the force must not (1).
+const LEVEL: f64 = 0.005;
 /// Share of the way up to which the tip hardly moves, and share of the force that no tissue gives
 /// until then (1).
 const STILL: f64 = 0.03;
@@ -40,24 +42,26 @@ const MOST_LATER: usize = 3 * MOST_POINTS;
 pub struct Record {
     /// File, and test within it.
     pub name: String,
-    /// Times [s], depths that grow into the tissue [m] and forces [N].
+    /// Times [s].
     pub time_s: Vec<f64>,
-    /// Depths [m].
+    /// Depths that grow into the tissue [m].
     pub depth_m: Vec<f64>,
     /// Forces [N].
     pub force_n: Vec<f64>,
     /// Standard deviation of the force from point to point [N].
     pub noise_n: f64,
-    /// Depth of the row at which contact was found [m], and its range.
+    /// Depth of the surface [m]; a fit may move it.
     pub contact_m: f64,
     /// Range of the depth of first contact [m].
     pub contact_range_m: [f64; 2],
     /// Depth at which contact was found first [m].
     found_m: f64,
-    /// Whether the file has rows before contact.
+    /// Whether the tip is known to be in air before contact.
     pub starts_before: bool,
     /// Rows until the depth no longer grows, while it is held, and while it falls.
     pub segments: Segments,
+    /// Force in air that was taken off all forces [N].
+    pub zero_n: f64,
     /// Notes on how the test was read.
     pub notes: Vec<String>,
 }
@@ -87,6 +91,7 @@ impl Record {
             found_m: 0.0,
             starts_before: false,
             segments,
+            zero_n: 0.0,
             notes: Vec::new(),
         }
     }
@@ -117,7 +122,10 @@ impl Record {
         rows.retain(|_| stands_out.next() != Some(true));
         let mut notes = Vec::new();
         if rows.len() < counted {
-            notes.push(format!("{name}: {} rows that stand out of their neighbours are left out", counted - rows.len()));
+            notes.push(format!(
+                "{name}: {} of {counted} rows stand out of their neighbours and are left out",
+                counted - rows.len()
+            ));
         }
         let [time, mut depth, force] = [0, 1, 2].map(|k| column(&rows, k));
         between_readings(&mut depth);
@@ -152,7 +160,7 @@ impl Record {
             ));
         }
         let rises = |n: &usize| force[*n] - first_n > CONTACT_SHARE * changes[at_peak];
-        let begins = (0..=at_peak).find(rises).unwrap_or(at_peak);
+        let begins = (0..at_peak).rev().find(|n| !rises(n)).map_or(0, |n| n + 1);
         let touch = Touch::find(&rows[..(begins + 1).max(FEWEST_ROWS).min(rows.len())]);
         let span = depth[deepest] - touch.depth_m;
         if span <= 0.0 || depth[at_peak] <= depth[touch.row] {
@@ -162,7 +170,7 @@ impl Record {
         let (press, hold) = (segments.press.clone(), segments.hold.clone());
         let starts_before = touch.in_air(&depth, depth[deepest]);
         let zero_n = if starts_before { touch.zero_n } else { 0.0 };
-        let peak_n = force[at_peak] - zero_n;
+        let peak_n = force[at_peak] - if starts_before { zero_n } else { first_n };
         let (until_s, lasts) = (time[at_peak] - time[0], lasting(&force[hold.clone()], touch.row / 3));
         if let Some(drift_n_per_s) = touch.drift(&rows, until_s, peak_n, noise_n, lasts) {
             return bad(format!(
@@ -171,8 +179,9 @@ impl Record {
             ));
         }
         let quarter = hold.len() / 4;
-        let rise_n = mean(&force[hold.end - quarter..hold.end]) - mean(&force[hold.start..hold.start + quarter]);
-        if quarter > 0 && rise_n > (MOST_DRIFT * peak_n).max(UNSURE * lasts * noise_n * (2.0 / quarter as f64).sqrt()) {
+        let rise = |of: &[f64]| mean(&of[hold.end - quarter..hold.end]) - mean(&of[hold.start..hold.start + quarter]);
+        let [rise_m, rise_n] = [&depth, &force].map(|of| rise(of));
+        if rise_m < LEVEL * span && rise_n > (MOST_DRIFT * peak_n).max(UNSURE * lasts * noise_n * (2.0 / quarter as f64).sqrt()) {
             return bad(format!(
                 "the force rises by {:.0} % of its peak while the depth is held, which no tissue does: the sensor drifts; let the sensor warm up",
                 100.0 * rise_n / peak_n
@@ -230,6 +239,7 @@ impl Record {
             contact_range_m: contact_range_m(touch.depth_m, span, starts_before),
             found_m: touch.depth_m,
             starts_before,
+            zero_n,
             notes,
             segments: Segments { press: 0..press, hold: press..hold, retreat: hold..depth_m.len() },
             depth_m,
@@ -249,8 +259,8 @@ impl Record {
         depths.into_iter().map(|depth_m| depth_m - surface_m).collect()
     }
 
-    /// Moves first contact to where a fit would have it; false if it is within its range already,
-    /// and the tip is known to be in air before it or not to be.
+    /// Moves first contact to where a fit would have it. Nothing moves, and the result is false, if
+    /// it is well within its range and the fit says no more of the tip in air.
     pub fn move_contact(&mut self, to_m: f64) -> bool {
         let [low, high] = self.contact_range_m;
         let edge = 0.02 * (high - low);
@@ -336,7 +346,9 @@ fn saturation(depth_m: &[f64], force_n: &[f64], press: usize, noise_n: f64) -> O
     let most_n = force_n.iter().copied().fold(f64::MIN, f64::max);
     let below_n = force_n.iter().copied().filter(|f| *f < most_n).fold(f64::MIN, f64::max);
     let [top, next] = [most_n, below_n].map(equal);
-    if noise_n > 0.0 && top.len() >= LEVEL_ROWS.max(SATURATED as usize * next.len()) {
+    // a converter coarser than the noise has equal readings too
+    let step_n = force_n.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|step| *step > 0.0).fold(f64::MAX, f64::min);
+    if noise_n > step_n && top.len() >= LEVEL_ROWS.max(SATURATED as usize * next.len()) {
         return Some((top[0], most_n));
     }
     let (depth_m, force_n) = (&depth_m[..press], &force_n[..press]);

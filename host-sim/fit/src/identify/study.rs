@@ -66,8 +66,13 @@ pub struct Identified {
     pub block_m: [f64; 3],
     /// The 90 % interval of the thickness [m]; without width if the thickness was given.
     pub thickness_m: [f64; 2],
-    /// Minus twice the logarithm of the likelihood, up to a constant of the data.
+    /// Minus twice the logarithm of the likelihood for independent points, up to a constant of the
+    /// data.
     pub left: f64,
+    /// Number of points over that of independent ones (1).
+    pub inflation: f64,
+    /// Time by which the forces come after the depths [s], which the model contains.
+    pub delay_s: f64,
     /// The most likely tissue.
     pub tissue: Tissue,
     /// Its constants with intervals: modulus, relaxed modulus, exponent, then share and time of
@@ -168,7 +173,6 @@ pub fn identify(plan: &Plan, records: &[Record]) -> Result<Identified, String> {
         Settings { stiffens: false, delay: fit.delay_s() != 0.0, ..Settings::default() },
     );
     let plain = plain_problem.solve().ok_or_else(unsolved)?;
-    let least = |fit: &Fitted| fit.criteria.iter().map(|c| c.1).fold(f64::MAX, f64::min);
     let mut wanted = vec![Quantity::Modulus, Quantity::Relaxed, Quantity::Exponent];
     wanted.extend((0..fit.terms()).flat_map(|k| [Quantity::Share(k), Quantity::Time(k)]));
     let mut estimates: Vec<Estimate> = wanted.iter().map(|of| problem.estimate(&fit, *of)).collect();
@@ -196,7 +200,10 @@ pub fn identify(plan: &Plan, records: &[Record]) -> Result<Identified, String> {
         };
         ((0..kept).map(of).sum::<f64>() / kept as f64).sqrt()
     };
-    let rms_pct = error(&problem, &fit);
+    let (rms_pct, plain_pct) = (error(&problem, &fit), error(&plain_problem, &plain));
+    // both models are compared with the same noise and the same number of independent points
+    let more = 1.0 + 2.0 * (fit.terms() as f64 - plain.terms() as f64);
+    let exponent_gain = fitted.iter().sum::<usize>() as f64 / fit.inflation * 2.0 * (plain_pct / rms_pct).ln() - 2.0 * more;
     if rms_pct > MOST_RMS_PCT {
         return Err(format!(
             "{}: the best model is {rms_pct:.0} % rms of the peak off, so this is no press of a ball into a slab, or depth and force are swapped; check columns, units and --tip",
@@ -213,9 +220,11 @@ pub fn identify(plan: &Plan, records: &[Record]) -> Result<Identified, String> {
         block_m: plan.block_m,
         thickness_m: [plan.block_m[2]; 2],
         left: problem.left(&fit),
+        inflation: fit.inflation,
+        delay_s: fit.delay_s(),
         rms_pct,
-        plain: (plain.tissue(), error(&plain_problem, &plain)),
-        exponent_gain: least(&plain) - least(&fit),
+        plain: (plain.tissue(), plain_pct),
+        exponent_gain,
         criteria: fit.criteria.clone(),
         tissue,
         estimates,
@@ -264,7 +273,7 @@ pub fn identify_within(plan: &Plan, range_m: [f64; 2], records: &[Record]) -> Re
         let all = tried[first..=last].iter().filter_map(|(_, found)| Some(found.of(of)?.interval));
         all.fold([f64::MAX, f64::MIN], |[a, b], [c, d]| [a.min(c), b.max(d)])
     };
-    let wider = [Quantity::Modulus, Quantity::Exponent].map(|quantity| (quantity, of(quantity)));
+    let wider = [Quantity::Modulus, Quantity::Relaxed, Quantity::Exponent].map(|quantity| (quantity, of(quantity)));
     let mut found = tried.swap_remove(best).1;
     found.thickness_m = thickness_m;
     for (quantity, interval) in wider {
@@ -280,7 +289,7 @@ pub fn identify_within(plan: &Plan, range_m: [f64; 2], records: &[Record]) -> Re
 /// First and last of the thicknesses that are likely at 90 %, and the most likely one.
 fn likely(tried: &[(f64, Identified)]) -> ([usize; 2], usize) {
     let best = (0..tried.len()).min_by(|a, b| tried[*a].1.left.total_cmp(&tried[*b].1.left)).unwrap_or(0);
-    let near = |n: &usize| tried[*n].1.left < tried[best].1.left + CHI_90;
+    let near = |n: &usize| tried[*n].1.left < tried[best].1.left + CHI_90 * tried[best].1.inflation;
     ([(0..tried.len()).find(near).unwrap_or(best), (0..tried.len()).rev().find(near).unwrap_or(best)], best)
 }
 
@@ -303,7 +312,7 @@ fn combined(tried: &[(f64, Identified)], neighbours: usize) -> String {
 
 /// Elastic curves to the depth that the records may reach.
 fn solve(setup: &Setup, records: &[Record]) -> Result<Elastic, String> {
-    let deepest = |r: &Record| r.depth_m.iter().copied().fold(0.0, f64::max) - r.contact_range_m[0];
+    let deepest = |r: &Record| r.depth_m.iter().copied().fold(f64::MIN, f64::max) - r.contact_range_m[0];
     let deepest_m = records.iter().map(deepest).fold(0.0, f64::max);
     Elastic::solve(setup, deepest_m).ok_or_else(|| {
         format!(
@@ -350,7 +359,7 @@ fn misfit(record: &Record, test: &Judged) -> Option<(f64, String)> {
     let (middle, pct) = (at + rows / 2, 100.0 * mean_n / peak_n);
     (pct.abs() > MISFIT_PCT && mean_n.abs() > MISFIT_NOISES * record.noise_n / (rows as f64).sqrt()).then(|| {
         let sentence = format!(
-            "{}: after {:.2} s, {:.2} mm deep, the force is {pct:+.0} % of its peak off the model: a slip, a puncture, a drift, or another tissue than in the other tests; leave out what is not the tissue",
+            "{}: after {:.2} s, {:.2} mm deep, the force is {pct:+.0} % of its peak off the model: a slip, a puncture, a drift, or tests of different tissues; leave out what is not the tissue",
             record.name,
             record.time_s[middle] - record.time_s[0],
             (record.depth_m[middle] - test.contact_m) * 1e3,
@@ -397,7 +406,8 @@ fn unsaid(plan: &Plan, records: &[Record], fit: &Fitted, estimates: &[Estimate])
                     () if (0..fit.terms()).any(|k| fit.correlation(e.of, Quantity::Share(k)).abs() > TRADED) => format!("it trades off with the fast relaxation: press faster than in {:.2} s", 0.3 * press_s),
                     () => "repeat the test, and leave the tests in one folder".to_owned(),
                 };
-                said.push(format!("the modulus is known to {:.0} % only, from {:.2} to {:.2} kPa; {with}", 100.0 * e.relative(), low * 1e-3, high * 1e-3));
+                let above = if e.open { " or above" } else { "" };
+                said.push(format!("the modulus lies between {:.2} and {:.2} kPa{above}; {with}", low * 1e-3, high * 1e-3));
             }
             Quantity::Exponent => {
                 let most_m = plan.most_depth_m();

@@ -61,8 +61,9 @@ pub(super) fn fit_and_judge(
     println!("\nthe patch for {BOARD} beside the data, in % rms of the peak:");
     let beside = |(record, test): (&Record, &Judged)| {
         let [press, hold] = [&record.segments.press, &record.segments.hold];
+        let depths_m = record.delayed_m(found.delay_s, test.contact_m);
         let pressed = press.clone().filter_map(|n| {
-            let depth_m = record.depth_m[n] - test.contact_m;
+            let depth_m = depths_m[n];
             let tick = run.ticks[..reached].partition_point(|row| row.command_m < depth_m);
             (depth_m > 0.0 && depth_m <= deepest_m).then(|| (n, force_n[tick]))
         });

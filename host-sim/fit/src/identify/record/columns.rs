@@ -1,5 +1,7 @@
 //! Columns of a table by their names and units, in several languages.
 
+use std::collections::HashMap;
+
 /// Words that name a quantity, in English, German, French and Spanish.
 const WORDS: [(&str, &[&str]); 4] = [
     ("time", &["time", "t", "zeit", "prufzeit", "temps", "tiempo"]),
@@ -55,12 +57,17 @@ const ALONG: [&str; 16] = [
     "rozamiento",
 ];
 
+/// Words of columns that are no measurement: what a machine was told, and times within a cycle.
+const NOT_MEASURED: [&str; 7] = ["setpoint", "target", "command", "demand", "soll", "sollwert", "cycle"];
+
 /// Units of time, length and force, with their size in SI. Case matters: mN is not MN.
-const UNITS: [(&str, &str, f64); 29] = [
+const UNITS: [(&str, &str, f64); 31] = [
     ("time", "s", 1.0),
     ("time", "sec", 1.0),
     ("time", "seconds", 1.0),
+    ("time", "sek", 1.0),
     ("time", "ms", 1e-3),
+    ("time", "msec", 1e-3),
     ("time", "us", 1e-6),
     ("time", "µs", 1e-6),
     ("time", "μs", 1e-6),
@@ -90,6 +97,8 @@ const UNITS: [(&str, &str, f64); 29] = [
 
 /// Largest number of lines above the names.
 const MOST_ABOVE: usize = 200;
+/// Duration of a day [s].
+const DAY_S: f64 = 86_400.0;
 /// Separators of cells.
 const MARKS: [u8; 3] = [b';', b'\t', b','];
 
@@ -132,6 +141,9 @@ fn plain(text: &str) -> String {
 fn heading(text: &str) -> (Option<&'static str>, Option<(&'static str, f64)>) {
     let text = plain(text);
     let words: Vec<&str> = text.split(|c: char| !c.is_alphanumeric() && c != 'µ' && c != 'μ').filter(|w| !w.is_empty()).collect();
+    if words.iter().any(|word| NOT_MEASURED.contains(&word.to_lowercase().as_str())) {
+        return (None, None);
+    }
     let of_unit = |word: &&str| UNITS.iter().find(|(_, unit, _)| unit == word);
     if words.iter().any(|word| ALONG.contains(&word.to_lowercase().as_str()))
         && let Some((of, _, si)) = words.iter().rev().find_map(of_unit).filter(|(of, ..)| *of != "time")
@@ -160,9 +172,17 @@ fn heading(text: &str) -> (Option<&'static str>, Option<(&'static str, f64)>) {
     (quantity.map(|(_, q)| q), unit)
 }
 
+/// Whether a heading of the time names nothing else, such as a unit.
+fn only_time(text: &str) -> bool {
+    let known = |word: &str| ["total", "elapsed"].contains(&word) || [0, 3].iter().any(|k| WORDS[*k].1.contains(&word));
+    plain(text).to_lowercase().split(|c: char| !c.is_alphanumeric()).all(|word| word.is_empty() || known(word))
+}
+
 /// Reads a number; a comma is its decimal mark if it cannot be anything else.
 fn number(cell: &str, comma: bool) -> Option<f64> {
     let value: f64 = match comma && cell.contains(',') {
+        // the last mark is the decimal one, and others group thousands
+        true if cell.rfind('.') > cell.rfind(',') => cell.replace(',', "").parse().ok()?,
         true => cell.replace('.', "").replace(',', ".").parse().ok()?,
         false => cell.parse().ok()?,
     };
@@ -179,7 +199,7 @@ fn clock_s(cell: &str, comma: bool) -> Option<f64> {
 /// above it is no part of the table. A comment may contain the names if no other line does.
 fn header(text: &str, least: usize) -> Option<(usize, u8, Vec<String>)> {
     let named = |line: &str, mark: u8| {
-        let names = cells(line, mark).next()?.1;
+        let names = cells(line, mark);
         let quantities: Vec<&str> = names.iter().filter_map(|name| heading(name).0).collect();
         (WORDS[..3].iter().filter(|(of, _)| quantities.contains(of)).count() >= least).then_some(names)
     };
@@ -189,30 +209,33 @@ fn header(text: &str, least: usize) -> Option<(usize, u8, Vec<String>)> {
     plain.chain(comments).find_map(|(n, line)| MARKS.iter().find_map(|mark| Some((n, *mark, named(line, *mark)?))))
 }
 
-/// Cells of each row that has any, with the number of its line within the text.
-fn cells(text: &str, mark: u8) -> impl Iterator<Item = (usize, Vec<String>)> {
-    let reader = csv::ReaderBuilder::new()
-        .delimiter(mark)
-        .has_headers(false)
-        .flexible(true)
-        .comment(Some(b'#'))
-        .trim(csv::Trim::All)
-        .from_reader(text.as_bytes());
-    let row = |row: csv::StringRecord| {
-        let mut cells: Vec<String> = row.iter().map(str::to_owned).collect();
-        while cells.last().is_some_and(String::is_empty) {
-            cells.pop();
+/// Cells of a line, without empty ones at its end.
+fn cells(line: &str, mark: u8) -> Vec<String> {
+    let mut cells: Vec<String> = match line.contains('"') {
+        false => line.split(char::from(mark)).map(|cell| cell.trim().to_owned()).collect(),
+        true => {
+            let mut reader = csv::ReaderBuilder::new();
+            reader.delimiter(mark).has_headers(false).flexible(true).trim(csv::Trim::All);
+            let row = reader.from_reader(line.trim_start().as_bytes()).into_records().flatten().next();
+            row.map_or_else(Vec::new, |row| row.iter().map(str::to_owned).collect())
         }
-        (row.position().map_or(0, |at| at.line() as usize), cells)
     };
-    reader.into_records().flatten().map(row).filter(|(_, cells)| !cells.is_empty())
+    while cells.last().is_some_and(String::is_empty) {
+        cells.pop();
+    }
+    cells
+}
+
+/// The text with line ends of one kind and without a byte order mark.
+fn plain_lines(text: &str) -> String {
+    text.trim_start_matches('\u{feff}').replace("\r\n", "\n").replace('\r', "\n")
 }
 
 impl Table {
     /// Whether a text has a row that names at least two quantities of a test.
     #[must_use]
     pub fn is_in(text: &str) -> bool {
-        header(text.trim_start_matches('\u{feff}'), 2).is_some()
+        header(&plain_lines(text), 2).is_some()
     }
 
     /// Reads the text of a file.
@@ -221,7 +244,7 @@ impl Table {
     /// One sentence on what cannot be read, where, and the remedy.
     pub fn read(name: &str, text: &str) -> Result<Self, String> {
         let bad = |what: String| format!("{name}: {what}");
-        let text = text.trim_start_matches('\u{feff}');
+        let text = &plain_lines(text);
         let is_row = |(_, line): &(usize, &str)| !line.trim().is_empty() && !line.starts_with('#');
         let (first, line) = text
             .lines()
@@ -229,8 +252,7 @@ impl Table {
             .find(is_row)
             .ok_or_else(|| bad("the file is empty: give a table with a row of names".into()))?;
         // without a row of all names, the first row says what is missing
-        let of_first =
-            |mark: &u8| line.as_bytes().contains(mark).then(|| (first, *mark, cells(line, *mark).next().unwrap_or_default().1));
+        let of_first = |mark: &u8| line.as_bytes().contains(mark).then(|| (first, *mark, cells(line, *mark)));
         let (first, mark, names) = header(text, 3).or_else(|| MARKS.iter().find_map(of_first)).ok_or_else(|| {
             bad(format!(
                 "line {}: one column, \"{}\": separate time, depth and force by commas, semicolons or tabs",
@@ -238,8 +260,11 @@ impl Table {
                 line.trim()
             ))
         })?;
-        let below = text.split_inclusive('\n').skip(first + 1).collect::<String>();
-        let mut rows: Vec<(usize, Vec<String>)> = cells(&below, mark).map(|(n, cells)| (first + 1 + n, cells)).collect();
+        let below = text.lines().enumerate().skip(first + 1).filter(is_row);
+        if let Some((n, _)) = below.clone().find(|(_, line)| line.matches('"').count() % 2 == 1) {
+            return Err(bad(format!("line {}: a quotation mark is not closed: remove it, or close it", n + 1)));
+        }
+        let mut rows: Vec<(usize, Vec<String>)> = below.map(|(n, line)| (n + 1, cells(line, mark))).collect();
         // some machines write the units in a row of their own
         let no_number = |(_, cells): &(usize, Vec<String>)| cells.iter().all(|cell| number(cell, true).is_none());
         let units = if rows.first().is_some_and(no_number) { rows.remove(0).1 } else { Vec::new() };
@@ -249,7 +274,7 @@ impl Table {
             let under = || units.get(n).and_then(|cell| heading(cell).1).filter(|(of, _)| *of == quantity);
             let si = match (quantity, unit.or_else(under)) {
                 ("test", _) => 1.0,
-                ("time", None) if !text.contains(['(', '[', '/']) => 1.0,
+                ("time", None) if units.get(n).is_none_or(String::is_empty) && only_time(text) => 1.0,
                 (_, Some((_, si))) => si,
                 _ => {
                     return Err(bad(format!(
@@ -290,7 +315,8 @@ impl Table {
         if comma {
             table.notes.push(format!("{name}: commas are read as decimal marks"));
         }
-        let mut part = 1;
+        let mut known_tests: HashMap<String, usize> = HashMap::new();
+        let (mut part, mut last_s, mut days_s) = (1, f64::MIN, 0.0);
         for (n, cells) in rows {
             // tests below each other repeat the names
             if cells == names {
@@ -298,9 +324,6 @@ impl Table {
             }
             if cells == names || cells == units {
                 continue;
-            }
-            if cells.iter().any(|cell| cell.contains('\n')) {
-                return Err(bad(format!("line {n}: a quotation mark is not closed: remove it, or close it")));
             }
             if cells.len() > names.len() && mark == b',' {
                 return Err(bad(format!(
@@ -313,15 +336,24 @@ impl Table {
                 let cell = cells.get(k).map_or("", String::as_str);
                 let clock = || (k == time.0).then(|| clock_s(cell, comma)).flatten();
                 let value = number(cell, comma).map(|value| value * si).or_else(clock);
-                value.ok_or_else(|| bad(format!("line {n}: \"{cell}\" under \"{}\" is no number: leave the row out", names[k])))
+                value
+                    .filter(|value| value.is_finite())
+                    .ok_or_else(|| bad(format!("line {n}: \"{cell}\" under \"{}\" is no number: leave the row out", names[k])))
             };
-            let row = [cell(time)?, cell(depth)?, cell(force)?];
+            let mut row = [cell(time)?, cell(depth)?, cell(force)?];
+            // a clock begins anew at midnight
+            let of_clock = cells[time.0].contains(':');
+            if of_clock && row[0] + days_s < last_s - 0.5 * DAY_S {
+                days_s += DAY_S;
+            }
+            row[0] += if of_clock { days_s } else { 0.0 };
+            last_s = row[0];
             let aside = along.map(|(slide, friction)| Ok::<_, String>([cell(slide)?, cell(friction)?])).transpose()?;
             let of = test.map_or("", |(k, _)| cells.get(k).map_or("", String::as_str));
             let of = if of.is_empty() { name.to_owned() } else { format!("{name}, test {of}") };
             let of = if part > 1 { format!("{of}, part {part}") } else { of };
-            let n = table.tests.iter().position(|(test, _)| *test == of).unwrap_or_else(|| {
-                table.tests.push((of, Vec::new()));
+            let n = *known_tests.entry(of).or_insert_with_key(|of| {
+                table.tests.push((of.clone(), Vec::new()));
                 table.along.push(Vec::new());
                 table.tests.len() - 1
             });

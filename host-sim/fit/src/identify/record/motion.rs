@@ -24,6 +24,8 @@ const DEEP: f64 = 0.5;
 /// a press reaches at its end (1).
 const NEARLY: f64 = 0.93;
 const REACHED: f64 = 0.991;
+/// Share of the rows near the deepest depth that are below the level of a hold (1).
+const LEVEL: f64 = 0.8;
 /// Way over the deepest depth that shows how fast the tip falls (1).
 const SHORT_WAY: f64 = 0.025;
 /// Share of the depth by which a tip comes in again, after which the rows are another cycle (1).
@@ -116,8 +118,9 @@ impl Segments {
             let last = (touch..=middle).rev().find(|n| !falls(*n)).unwrap_or(touch);
             last.saturating_sub(rows / 2).max(touch)
         });
-        // a single row, as of a noisy sensor, is no level
-        let level_m = quantile(&depth_m[first(touch, retreat, NEARLY, highest_m)..retreat], 0.5);
+        // a single row, as of a noisy sensor, is no level, and neither is a short overshoot
+        let level = &depth_m[first(touch, retreat, NEARLY, highest_m)..retreat];
+        let level_m = if level.is_empty() { highest_m } else { quantile(level, LEVEL) };
         let reached = first(touch, retreat, REACHED, level_m);
         let mut lowest_m = f64::MAX;
         let again = (retreat..depth_m.len()).find(|n| {

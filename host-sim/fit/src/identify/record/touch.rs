@@ -9,7 +9,7 @@ const POWERS: [f64; 4] = [1.5, 2.0, 2.75, 4.0];
 const BELOW: (i32, f64, f64) = (40, 0.01, 1.15);
 /// Standard errors from which the rows before contact show a drift (1).
 const SEEN: f64 = 2.5;
-/// About the largest number of rows among which contact is looked for.
+/// Twice the number of rows among which contact is looked for by depth, by time and by number.
 const MOST_TRIED: usize = 200;
 /// Number of rows before contact from which the zero of the force and its drift are known.
 pub const FEWEST_BEFORE: usize = 8;
@@ -28,7 +28,7 @@ pub struct Touch {
     pub row: usize,
     /// Depth of the surface [m], at most that of the row.
     pub depth_m: f64,
-    /// Force in air [N]; zero where the tip may start in contact.
+    /// Force before contact [N]; zero without rows before it.
     pub zero_n: f64,
     /// Change of the force in air that explains the rows best [N/s].
     drift_n_per_s: f64,
@@ -43,7 +43,7 @@ impl Touch {
         let places = places(rows);
         let rows: Vec<[f64; 3]> = places.iter().map(|n| rows[*n]).collect();
         let [(first_s, first_m), (_, last_m)] = [rows[0], rows[rows.len() - 1]].map(|[t, d, _]| (t, d));
-        let within = (0..rows.len() - 4).map(|row| (row, rows[row][1]));
+        let within = (0..rows.len().saturating_sub(4)).map(|row| (row, rows[row][1]));
         let below = (0..BELOW.0).map(|n| (0, first_m - BELOW.1 * BELOW.2.powi(n) * (last_m - first_m).max(0.0)));
         let tried: Vec<((usize, f64), f64)> = within.chain(below).flat_map(|at| POWERS.map(|power| (at, power))).collect();
         let squares: f64 = rows.iter().map(|row| row[2].powi(2)).sum();
@@ -98,14 +98,16 @@ impl Touch {
 }
 
 /// Rows among which contact is looked for: those in which the tip is deeper than before by a part
-/// of the way, and as few in time while it is not, as a long rest says no more than a short one.
+/// of the way, and some at even times and numbers, as a long rest says no more than a short one.
 fn places(rows: &[[f64; 3]]) -> Vec<usize> {
     let [first, last] = [rows[0], rows[rows.len() - 1]];
     let [step_s, step_m] = [0, 1].map(|k| (last[k] - first[k]) / (0.5 * MOST_TRIED as f64));
+    let every = rows.len().div_ceil(MOST_TRIED / 2);
     let (mut places, mut deepest_m) = (vec![0], first[1]);
     for (n, [t, d, _]) in rows.iter().enumerate().skip(1) {
         let kept_s = rows[places[places.len() - 1]][0];
-        if *d >= deepest_m + step_m || *t >= kept_s + step_s {
+        let deeper = *d > deepest_m && *d >= deepest_m + step_m;
+        if deeper || *t >= kept_s + step_s || n % every == 0 {
             places.push(n);
             deepest_m = deepest_m.max(*d);
         }
