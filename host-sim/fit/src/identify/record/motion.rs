@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+/// Fewest readings of a motion: fewer are the steps of a hand on a screw.
+const FEWEST_READINGS: usize = 20;
 /// Noise of a depth over the deepest one that is left (1), and the largest number of neighbours on
 /// either side by which it is lowered, as a part of the rows of the press.
 const MOST_NOISE: f64 = 0.001;
@@ -139,6 +141,9 @@ impl Segments {
 /// that stays for longer is at rest.
 pub fn between_readings(depth_m: &mut [f64]) {
     let read: Vec<usize> = (0..depth_m.len()).filter(|n| *n == 0 || depth_m[*n] != depth_m[n - 1]).collect();
+    if read.len() < FEWEST_READINGS {
+        return;
+    }
     let rare = 2.0 * quantile(&read.windows(2).map(|w| (w[1] - w[0]) as f64).collect::<Vec<f64>>(), 0.5);
     for w in read.windows(2).filter(|w| (w[1] - w[0]) as f64 <= rare) {
         let per_row_m = (depth_m[w[1]] - depth_m[w[0]]) / (w[1] - w[0]) as f64;
