@@ -132,8 +132,7 @@ impl Record {
         let noise_n = noise(&force);
         let largest = |values: &[f64]| (0..values.len()).fold(0, |most, n| if values[n] > values[most] { n } else { most });
         let first_n = mean(&force[..5]);
-        let from_first = |rows: &[f64]| rows.iter().map(|f| (f - first_n).abs()).collect::<Vec<f64>>();
-        let changes = from_first(&force);
+        let changes: Vec<f64> = force.iter().map(|force_n| (force_n - first_n).abs()).collect();
         let deepest = largest(&depth);
         let at_peak = largest(&changes[..=deepest]);
         if changes[largest(&changes)] <= LEAST_NOISES * noise_n {
