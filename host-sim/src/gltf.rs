@@ -51,7 +51,6 @@ fn document(session: &Session, holds: &[Hold]) -> Vec<u8> {
         targets.push(attributes(&mut file, &moved, &colours));
     }
     let indices = file.indices(&corners);
-    let (input, output) = (file.floats(&times, false), file.floats(&weights, false));
     let names: Vec<String> = holds.iter().map(|hold| format!("{:.2} mm", hold.depth_m * 1e3)).collect();
     let depths_m: Vec<f64> = holds.iter().map(|hold| hold.depth_m).collect();
     let forces_n: Vec<f64> = holds.iter().map(|hold| hold.force_n).collect();
@@ -70,6 +69,7 @@ fn document(session: &Session, holds: &[Hold]) -> Vec<u8> {
     // an empty list is not allowed in either place
     if !targets.is_empty() {
         scene["meshes"][0]["primitives"][0]["targets"] = targets.into();
+        let (input, output) = (file.floats(&times, false), file.floats(&weights, false));
         scene["animations"] = json!([{
             "name": "press",
             "samplers": [{ "input": input, "output": output, "interpolation": "LINEAR" }],

@@ -216,6 +216,9 @@ namespace Palpate {
 
         public static string Version { get { return Text(Native.palpate_version()); } }
 
+        // Why the last call of this thread failed, in one line.
+        public static string LastMessage { get { return Text(Native.palpate_last_message()); } }
+
         public static string ErrorText(Code code) { return Text(Native.palpate_error_text((int)code)); }
 
         public static string ModeText(int mode) { return Text(Native.palpate_mode_text(mode)); }
@@ -223,7 +226,7 @@ namespace Palpate {
         public static string FaultText(int fault) { return Text(Native.palpate_fault_text(fault)); }
 
         private static void Check(Code code) {
-            if (code != Code.Ok) throw new PalpateException(code, Text(Native.palpate_last_message()));
+            if (code != Code.Ok) throw new PalpateException(code, LastMessage);
         }
 
         private static byte[] Utf8(string text) { return text == null ? null : Encoding.UTF8.GetBytes(text + "\0"); }

@@ -17,7 +17,10 @@ public sealed class PalpateTissue : MonoBehaviour {
     public Func<long> clock_us = () => Stopwatch.GetTimestamp() * 1000000 / Stopwatch.Frequency;
 
     private const int TicksPerCopy = 16; // a frame at 60 Hz
-    private Session session;
+    private volatile Session session; // assigned last: the device's thread may call Tick at any time
+    private Action<Session> asked;
+    private string refused;
+    private readonly double[] orientation = new double[4];
     private Info info;
     private double[] nodes_m;
     private Vector3[] vertices;
@@ -30,25 +33,46 @@ public sealed class PalpateTissue : MonoBehaviour {
 
     // The scene may take seconds to open. The force begins when the tip has been outside and calm.
     public void Awake() {
-        session = Session.Open(scene, null, device);
-        info = session.Info;
+        Session opened = Session.Open(scene, null, device);
+        info = opened.Info;
         nodes_m = new double[3 * (int)info.nodes];
         vertices = new Vector3[(int)info.nodes];
         mesh = new Mesh();
-        session.ReadNodes(nodes_m);
+        opened.ReadNodes(nodes_m);
         changed = true;
         Update();
-        int[] corners = Array.ConvertAll(session.Triangles, corner => (int)corner);
+        int[] corners = Array.ConvertAll(opened.Triangles, corner => (int)corner);
         Array.Reverse(corners); // Unity draws triangles that run clockwise seen from outside
         mesh.triangles = corners;
         GetComponent<MeshFilter>().mesh = mesh;
-        UnityEngine.Debug.Log(session.Cautions);
-        session.Arm();
+        UnityEngine.Debug.Log(opened.Cautions);
+        opened.Arm();
+        session = opened;
+    }
+
+    // Requests that the next tick passes on, from any thread. After a fault: Clear, then Arm a moment later.
+    public void Arm() { Interlocked.Exchange(ref asked, s => s.Arm()); }
+
+    public void Stop() { Interlocked.Exchange(ref asked, s => s.Stop()); }
+
+    public void Clear() { Interlocked.Exchange(ref asked, s => s.Clear()); }
+
+    // The same for a probe that turns with the device: its rotation from the upright pose, by at most 45 degrees.
+    public Vector3 Tick(Vector3 tip, Quaternion rotation) {
+        orientation[0] = rotation.z; // a left-handed frame turns the other way
+        orientation[1] = -rotation.x;
+        orientation[2] = -rotation.y;
+        orientation[3] = rotation.w;
+        Session turned = session;
+        if (turned != null) Try(turned, Turned);
+        return Tick(tip);
     }
 
     // One tick: the tip's position in, the force on the device out [N]; zero on a fault, and without a session.
     public Vector3 Tick(Vector3 tip) {
+        Session session = this.session;
         if (session == null) return new Vector3(0f, 0f, 0f);
+        Try(session, Interlocked.Exchange(ref asked, null));
         var input = new Palpate.Input { tip_m = ToScene(tip), late_ticks = LateTicks() };
         input.tip_m.x += info.site_m.x;
         input.tip_m.y += info.site_m.y;
@@ -78,11 +102,20 @@ public sealed class PalpateTissue : MonoBehaviour {
         mesh.RecalculateNormals();
         if (fault != told) UnityEngine.Debug.LogError("palpate: " + Session.FaultText(fault));
         told = fault;
+        string why = Interlocked.Exchange(ref refused, null);
+        if (why != null) UnityEngine.Debug.LogError("palpate: " + why);
     }
 
     // Stop your device first: it keeps the last force that it was given.
     public void OnDestroy() {
         if (session != null) session.Dispose();
+    }
+
+    private void Turned(Session session) { session.Turn(orientation); }
+
+    private void Try(Session session, Action<Session> call) {
+        if (call == null) return;
+        try { call(session); } catch (PalpateException error) { refused = error.Message; }
     }
 
     // Milliseconds that passed without a tick; a driver may run a little faster than 1 kHz.

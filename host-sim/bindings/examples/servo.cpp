@@ -34,7 +34,8 @@ struct Servo {
     palpate_code code = PALPATE_CODE_OK;
 };
 
-// Called once per millisecond, in the driver's thread of highest priority.
+// Called once per millisecond, in the driver's thread of highest priority. Where the driver may be late, count the periods
+// that passed as `adapters/adapter.h` does, and call palpate_tick_with.
 static void servo(Servo &servo) {
     servo.device.getPosition(servo.tip_m);
     for (int k = 0; k < 3; k++) servo.tip_m[k] += servo.info.site_m[k]; // the device's centre is at the site

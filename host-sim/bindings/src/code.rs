@@ -30,7 +30,7 @@ pub enum PalpateCode {
     WrongOrder = 8,
     /// The largest possible number of sessions is open.
     TooMany = 9,
-    /// A file cannot be read.
+    /// A file cannot be read or written.
     CannotRead = 10,
     /// A scene, mesh or device profile cannot be used.
     BadScene = 11,
@@ -79,7 +79,7 @@ impl PalpateCode {
             Self::Busy => c"another thread is in a call with this session: call it from one thread at a time",
             Self::WrongOrder => c"the session's state does not allow this call: palpate_last_message says why",
             Self::TooMany => c"too many sessions are open: close one first",
-            Self::CannotRead => c"a file cannot be read: check the path",
+            Self::CannotRead => c"a file cannot be read or written: check the path",
             Self::BadScene => c"a scene, mesh or device cannot be used: palpate_last_message says where and why",
             Self::BadPatch => c"a patch file cannot be used: pack it again",
             Self::TooSlow => c"the tissue cannot keep 1 kHz: take fewer nodes or press less deep",
@@ -134,7 +134,7 @@ impl Failure {
             Self::Busy => PalpateCode::Busy,
             Self::OutOfOrder(_) | Self::NoTick => PalpateCode::WrongOrder,
             Self::TooMany(_) => PalpateCode::TooMany,
-            Self::Open(Error::Read { .. }) => PalpateCode::CannotRead,
+            Self::Open(Error::Read { .. } | Error::Write { .. }) => PalpateCode::CannotRead,
             Self::Open(Error::Scene(palpate_tissue::scene::SceneError::Read { .. })) => PalpateCode::CannotRead,
             Self::Open(Error::Patch { .. } | Error::Build(_)) => PalpateCode::BadPatch,
             Self::Open(Error::TooSlow(_)) => PalpateCode::TooSlow,

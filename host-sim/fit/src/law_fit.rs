@@ -87,7 +87,8 @@ pub struct LawPresses<'a> {
 /// # Errors
 /// The presses lack places or depths, or a stored ramp cannot be read.
 pub fn fit(scene: &Scene, rest: &Tissue, axis: [f64; 3], presses: &LawPresses) -> Result<(Patch, Params), Error> {
-    let params = scene.params(axis);
+    // the table contains the stiffening
+    let params = Params { stiffening_b: 0.0, ..scene.params(axis) };
     let reach_m = presses.reach_radii * scene.probe.radius_m;
     let side = if scene.tissue.block_m.is_some() { 1 } else { SIDE };
     let lacks = || Error::Check(format!("{}: the finite elements lack presses that a law needs: fit it anew", scene.file));

@@ -9,16 +9,17 @@
 //! The force goes through [`Cycle::tick`] as on the board: ramp-in, passivity and limits always
 //! apply. A tick allocates nothing; preparing a session does.
 
+mod commission;
 mod turn;
 
 use std::path::Path;
 
-use palpate::haptic::commission::{Commissioning, Plan, Stage, Trouble, Wiring};
+use palpate::haptic::commission::{Commissioning, Wiring};
 use palpate::haptic::cycle::{Ask, Command, Cycle, Settings, Telemetry};
 use palpate::haptic::device::{DeviceSpec, HapticDevice, Sensed, SensorStatus};
 use palpate::haptic::limits::LoopLimitSettings;
 use palpate::haptic::mode::Mode;
-use palpate::{BuildError, ContactMap, Params, Vector3};
+use palpate::{BuildError, ContactMap, Output, Params, Vector3};
 use palpate_tissue::budget::MACHINES;
 use palpate_tissue::error::Error;
 use palpate_tissue::patch::Patch;
@@ -26,9 +27,9 @@ use palpate_tissue::scene::{Scene, TICK_S};
 use palpate_tissue::session::{Session, packed};
 use palpate_tissue::stable_step::StableStep;
 
+pub use self::commission::Step;
 use crate::closed_loop::device::DeviceProfile;
 use crate::closed_loop::prepared::{Prepared, ceiling_note};
-use crate::commissioning;
 use crate::live::LiveTissue;
 
 /// Smallest Young's modulus that may be set, as a share of the patch's own.
@@ -80,27 +81,6 @@ pub enum OutOfOrder {
     NotCommissioned,
 }
 
-fn check_distance(distance_m: f32) -> Result<(), OutOfOrder> {
-    if (5e-3..=0.5).contains(&distance_m) { Ok(()) } else { Err(OutOfOrder::Distance) }
-}
-
-/// A step of a commissioning.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Step {
-    /// Stage after this tick.
-    pub stage: Stage,
-    /// Forces for the motors [N], in the order of your device's wires.
-    pub force_n: Vector3<f32>,
-}
-
-impl Step {
-    /// Next instruction, or the finding, in one sentence.
-    #[must_use]
-    pub fn sentence(&self, distance_m: f32) -> String {
-        commissioning::sentence(self.stage, commissioning::DIRECTIONS, distance_m)
-    }
-}
-
 /// Tissue, loop, and the caller's device.
 #[derive(Clone, Debug)]
 pub struct HapticSession {
@@ -119,6 +99,8 @@ pub struct HapticSession {
     /// Pending Young's modulus [Pa]: a higher one waits until nothing is touched, a lower one until
     /// the next tick.
     waiting_pa: Option<f32>,
+    /// Largest force that the caller allows [N].
+    most_force_n: f32,
     /// Request that the next tick passes on.
     asked: Option<Ask>,
     /// Whether arming is requested once the mode is idle.
@@ -181,6 +163,7 @@ impl HapticSession {
             telemetry: None,
             modulus_pa: [SOFTEST * opened_pa, most_pa],
             waiting_pa: None,
+            most_force_n: f32::INFINITY,
             asked: None,
             arms: false,
         })
@@ -225,87 +208,6 @@ impl HapticSession {
         self.profile.cautions()
     }
 
-    /// Runs one tick of a commissioning in place of [`Self::tick`]: it measures order, sign, unit,
-    /// friction, mass, delay and lag of the device. The first call begins; after an end, the next
-    /// call begins anew. `reading` are the values of the sensors, in any unit; `confirmed` says
-    /// that the user has done what [`Step::sentence`] asks for. Send the returned forces to the
-    /// motors at once.
-    ///
-    /// The result replaces the session's profile when the last motor is measured, and
-    /// [`Self::write_profile`] stores it. Until then, and whenever it ends early, everything stays
-    /// as it was.
-    ///
-    /// # Errors
-    /// [`OutOfOrder::Armed`] while a force may act, [`OutOfOrder::Distance`].
-    pub fn commission(&mut self, reading: Vector3<f32>, distance_m: f32, confirmed: bool) -> Result<Step, OutOfOrder> {
-        if !matches!(self.mode(), Mode::Boot | Mode::SelfTest | Mode::Idle) || self.arms {
-            self.commissioning = None;
-            return Err(OutOfOrder::Armed);
-        }
-        check_distance(distance_m)?;
-        let plan = Plan {
-            axes: if self.profile.axes == 1 { [false, false, true] } else { [true; 3] },
-            distance_m,
-            force_limit_n: self.profile.force_limit_n as f32,
-            stated_m_per_unit: self.wiring.per_unit,
-            tick_s: TICK_S as f32,
-        };
-        let begun = self.commissioning.take().filter(|commissioning| !commissioning.stage().ended());
-        let mut commissioning = begun.unwrap_or_else(|| Commissioning::new(plan));
-        let force_n = commissioning.tick(reading.into(), confirmed).into();
-        let stage = match commissioning.result() {
-            Some(found) if commissioning.stage() == Stage::Done => {
-                let done = commissioning::completed(&self.profile, found, None, &crate::day::today())
-                    .and_then(|text| DeviceProfile::parse(&text, &self.profile.name.clone()))
-                    .ok()
-                    .and_then(|profile| self.take_profile(profile).ok());
-                // a value out of a profile's range, such as a handle of 6 kg
-                if done.is_some() { Stage::Done } else { Stage::Stopped(Trouble::Unclear) }
-            }
-            _ => commissioning.stage(),
-        };
-        self.commissioning = Some(commissioning);
-        Ok(Step { stage, force_n })
-    }
-
-    /// Instruction to the user in the present step of a commissioning, or its outcome.
-    ///
-    /// # Errors
-    /// [`OutOfOrder::Distance`].
-    pub fn commission_sentence(&self, distance_m: f32) -> Result<String, OutOfOrder> {
-        check_distance(distance_m)?;
-        let stage = self.commissioning.as_ref().map_or(Stage::Start(0), Commissioning::stage);
-        Ok(commissioning::sentence(stage, commissioning::DIRECTIONS, distance_m))
-    }
-
-    /// Ends a commissioning without a result.
-    pub fn stop_commissioning(&mut self) {
-        self.commissioning = None;
-    }
-
-    /// Writes the profile that the last commissioning completed, as a whole.
-    ///
-    /// # Errors
-    /// The file cannot be written, or this session has measured nothing.
-    pub fn write_profile(&self, path: &Path) -> Result<(), Error> {
-        if !self.measured {
-            return Err(Error::Usage(OutOfOrder::NotCommissioned.to_string()));
-        }
-        commissioning::write_whole(path, &self.profile.text)
-    }
-
-    fn take_profile(&mut self, profile: DeviceProfile) -> Result<(), BuildError> {
-        let spec = profile.real_limits(self.tissue.patch().site_m());
-        let settings = Settings { limits: profile.limit_values(), ..Settings::safe(&spec) };
-        self.cycle = Cycle::build(&settings, &spec)?;
-        self.wiring = profile.wiring.map_or(Wiring::STRAIGHT, |table| table.wiring());
-        (self.settings, self.profile, self.measured) = (settings, profile, true);
-        self.device = CallersDevice::new(spec);
-        self.tissue.restart();
-        (self.telemetry, self.asked, self.arms) = (None, None, false);
-        Ok(())
-    }
-
     /// A reading of the sensors as a position in the scene's frame [m]: the wiring acts about the
     /// site.
     fn wired(&self, reading: Vector3<f32>) -> Vector3<f32> {
@@ -325,9 +227,15 @@ impl HapticSession {
     /// Contact of the tissue with the probe after the last tick: normal and friction force, torque
     /// about the tip, centre, axes, area and peak; `pressure_pa` receives the pressure on each
     /// surface triangle [Pa] and may be empty. It is computed when it is read, allocates nothing,
-    /// and changes no tick; damping, gains and limits of the loop are not in it.
+    /// and changes no tick; damping, gains and limits of the loop are not in it. There is none
+    /// unless the last tick pressed the tissue without a fault.
     pub fn contact(&mut self, pressure_pa: &mut [f32]) -> ContactMap {
-        self.tissue.contact(pressure_pa)
+        let pressed = |telemetry: &Telemetry| telemetry.fault.is_none() && telemetry.output != Output::NONE;
+        if self.telemetry.as_ref().is_some_and(pressed) {
+            return self.tissue.contact(pressure_pa);
+        }
+        pressure_pa.fill(0.0);
+        ContactMap::NONE
     }
 
     /// Mode of the loop.
@@ -419,7 +327,9 @@ impl HapticSession {
     /// # Errors
     /// [`BuildError::OutOfRange`] if it would rise; nothing changes then.
     pub fn lower_force(&mut self, max_force_n: f32) -> Result<(), BuildError> {
-        self.cycle.lower_limits(&LoopLimitSettings { max_force_n, ..*self.cycle.limits() })
+        self.cycle.lower_limits(&LoopLimitSettings { max_force_n, ..*self.cycle.limits() })?;
+        self.most_force_n = max_force_n;
+        Ok(())
     }
 
     /// Restarts the session: tissue at rest, no force, no fault, not armed. Young's modulus and

@@ -114,13 +114,15 @@ impl FitArgs {
     fn fit_scene(&self) -> Result<Fitted, Error> {
         let machine = self.boards()?.first().copied();
         let mut scene = self.scene(machine)?;
-        let for_law = scene.refuse_what_a_law_lacks("a law has no nodes");
+        let mut for_law = scene.refuse_what_a_law_lacks("a law has no nodes");
         if self.options.law {
             for_law.map_err(TissueError::from)?;
             return self.fit_law(&scene, machine);
         }
         let (key, b) = scene.tissue.most_stiffening();
         if b > 0.0 {
+            for_law =
+                for_law.and_then(|()| scene.bad(&key, "is left out of a search: take `palpate fit --law`, which contains it"));
             println!("note: {key} = {b} is left out of the fit: press and loop add the stiffening to the patch");
             scene.tissue = scene.tissue.elastic();
         }
@@ -153,7 +155,9 @@ impl FitArgs {
         self.options.check()?;
         check(&scene)?;
         if let Some(machine) = machine.filter(|machine| machine.is_board()) {
-            scene.refuse_what_boards_lack(machine.name)?;
+            // a law contains the stiffening
+            let tissue = if self.options.law { scene.tissue.elastic() } else { scene.tissue.clone() };
+            Scene { tissue, ..scene.clone() }.refuse_what_boards_lack(machine.name)?;
         }
         // the scene may already name the patch that is about to be fitted
         scene.solver.patch = Some(NO_PATCH.into());

@@ -7,10 +7,11 @@ mod scene;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-use palpate_fit::identify::fit::Estimate;
+use palpate_fit::identify::fit::{Estimate, Quantity};
 use palpate_fit::identify::record::{Record, Table, known};
 use palpate_fit::identify::slide::Slide;
 use palpate_fit::identify::study::{Identified, Plan, identify, identify_within};
+use palpate_fit::scene_fit::PIECE_RADII;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::output::OutputFolder;
 
@@ -21,6 +22,12 @@ use super::stop;
 use super::verdict::Verdict;
 use crate::error::Error;
 use crate::provenance;
+
+/// Smallest and largest tolerance of a fit [%].
+const LEAST_PCT: f64 = 2.0;
+const MOST_PCT: f64 = 10.0;
+/// Largest radius of a piece over the thickness of the tissue (1).
+const MOST_PIECE: f64 = 0.6;
 
 /// All tests of a file or of the files of a folder.
 #[derive(Default)]
@@ -98,10 +105,24 @@ impl IdentifyArgs {
         [x, y, most_m]
     }
 
-    /// Radius of a piece that ends above the support, if the radius that `fit` takes would not.
-    fn radius(&self, found: &Identified) -> Option<String> {
-        let most_m = 0.6 * found.block_m[2];
-        (2.125 * self.tip > most_m).then(|| format!("{:.2}mm", most_m * 1e3))
+    /// Options of `fit` for the least model that feels like the tissue on a board: a law, or with
+    /// friction a piece, which ends above the support. It need not be nearer than the data tell the
+    /// modulus.
+    fn fit_options(&self, found: &Identified) -> Vec<String> {
+        let mut options = vec!["--board".to_owned(), patch::BOARD.to_owned()];
+        let most_m = MOST_PIECE * found.block_m[2];
+        if Self::takes_a_law(found) {
+            let known_pct = found.of(Quantity::Modulus).map_or(LEAST_PCT, |modulus| 100.0 * modulus.relative());
+            options.extend(["--law".into(), "--tolerance-pct".into(), format!("{:.1}", known_pct.clamp(LEAST_PCT, MOST_PCT))]);
+        } else if PIECE_RADII * self.tip > most_m {
+            options.extend(["--radius".into(), format!("{:.2}mm", most_m * 1e3)]);
+        }
+        options
+    }
+
+    /// A law contains the stiffening, but has no friction.
+    fn takes_a_law(found: &Identified) -> bool {
+        found.friction().is_none()
     }
 
     pub(super) fn run(&self) -> Result<(), Error> {
@@ -124,14 +145,17 @@ impl IdentifyArgs {
         let verdict = Verdict::ok(headline.clone()).warning_if(doubtful).first();
         report::print(self, &found, &records, &notes);
         println!("\nwrote {}: summary.json, identified.toml, fit.csv, identified.svg and .png", out.display());
-        let radius = self.radius(&found);
+        let options = self.fit_options(&found);
         if !self.fit {
-            let radius = radius.map_or_else(String::new, |radius| format!(" --radius {radius}"));
-            println!("next: palpate fit --scene {} --board {}{radius}", out.join(scene::name(&found)).display(), patch::BOARD);
+            println!(
+                "next: palpate fit --scene {} {}",
+                out.join(scene::name(&found, Self::takes_a_law(&found))).display(),
+                options.join(" ")
+            );
             return verdict.last();
         }
-        let scene = out.join(scene::name(&found));
-        let (beside, unpromised) = patch::fit_and_judge(&scene, radius.as_deref(), &out.join("board"), &found, &records)?;
+        let scene = out.join(scene::name(&found, Self::takes_a_law(&found)));
+        let (beside, unpromised) = patch::fit_and_judge(&scene, &options, &out.join("board"), &found, &records)?;
         stop::says_what_stays(&folder);
         self.write(&folder, &found, &records, &beside)?;
         println!("\nwrote the force of the patch into {}: summary.json, identified.svg and .png", out.display());

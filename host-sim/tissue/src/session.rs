@@ -106,7 +106,10 @@ impl Session {
             let homogeneous = patch.fitted_places() > 0 && patch.model().rim_nodes.is_empty();
             let mut patch = if homogeneous { patch.with_inclusions(&scene.tissue.inclusion) } else { patch };
             steepen(scene, &mut patch)?;
-            let params = fitted(scene, &packed);
+            let mut params = fitted(scene, &packed);
+            if patch.model().springs.is_empty() {
+                params.stiffening_b = 0.0; // a law contains it
+            }
             return Self::of_patch(machine, patch, params, tips_m, 0);
         }
         let placed = place(scene, &tips_m)?;

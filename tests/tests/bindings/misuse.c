@@ -214,6 +214,9 @@ static void in_a_session(palpate_session s) {
     IS(palpate_stop(s), PALPATE_CODE_OK);
     IS(ticks(s, 150, -2e-3, force_n), PALPATE_CODE_OK);
     HOLDS(force_n[2] == 0.0 && report_of(s).mode == PALPATE_MODE_IDLE);
+    /* who drives a motor with the torque must not drive it on */
+    IS(palpate_read_contact(s, &contact, sizeof contact), PALPATE_CODE_OK);
+    HOLDS(contact.normal_n[2] == 0.0 && contact.area_m2 == 0.0 && contact.triangles == 0);
 
     /* a NULL position counts as a sensor failure: the fault stays until it is cleared */
     force_n[2] = 9.0;

@@ -65,12 +65,13 @@ def call(name):
     return node.callbacks[name](None, Response())
 
 
-def tell(ms, z_m, frame_id="tissue"):
+def tell(ms, z_m, frame_id="tissue", w=1.0):
     pose = PoseStamped()
     pose.header.stamp.sec, pose.header.stamp.nanosec = ms // 1000, ms % 1000 * 1_000_000
     pose.header.frame_id = frame_id
     p = pose.pose.position
     p.x, p.y, p.z = 1e-3, 2e-3, z_m
+    pose.pose.orientation.w = w
     node.callbacks["tip"](pose)
     last = published[-1]
     assert last.header.stamp is pose.header.stamp and last.header.frame_id == "tissue"
@@ -93,6 +94,8 @@ def spin(spun):
     print("cleared", node.session.fault, call("arm").success)
     tell(2714, 5e-3, "map")
     print("frame", logged[1:])
+    del logged[:]
+    print("turn", tell(2715, 5e-3, w=0.0)[:3], tell(2716, 5e-3, w=0.0)[:3], len(logged), "orientation" in logged[0])
     raise KeyboardInterrupt
 
 
@@ -103,6 +106,7 @@ def module(name, **content):
 
 module("rclpy", init=lambda: None, spin=spin, try_shutdown=lambda: logged.append("shut down"))
 module("rclpy.node", Node=Node)
+module("rclpy.executors", ExternalShutdownException=type("ExternalShutdownException", (Exception,), {}))
 module("rclpy.qos", QoSProfile=dict, ReliabilityPolicy=SimpleNamespace(BEST_EFFORT="best effort"))
 module("geometry_msgs", msg=None)
 module("geometry_msgs.msg", PoseStamped=PoseStamped, WrenchStamped=WrenchStamped)

@@ -4,6 +4,7 @@ mod calibrated_patches;
 mod calibration_methods;
 mod far_field_patches_answer;
 mod far_field_patches_hold;
+mod laws_stiffen;
 mod lost_presses;
 mod moving_presses_agree;
 mod nodules_by_touch;

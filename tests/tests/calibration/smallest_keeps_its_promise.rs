@@ -31,7 +31,7 @@ fn scene(text: &str) -> Scene {
 
 fn pressed(scene: &Scene, tolerance_pct: f64) -> PiecePresses {
     let desk = Desk::default();
-    presses(scene, tolerance_pct, Level::Full, &Solved::beside(&desk.folder().join("out")), |_| {}).unwrap()
+    presses(scene, tolerance_pct, Level::Full, &Solved::beside(&desk.folder().join("out")), |_| {}).unwrap().1
 }
 
 fn searched(scene: &Scene, presses: &PiecePresses, board: &str, tolerance_pct: f64) -> Outcome {

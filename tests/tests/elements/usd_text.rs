@@ -55,11 +55,28 @@ fn the_tets_of_usd_text_are_read() {
 }
 
 #[test]
+fn an_up_axis_turns_the_mesh_and_a_light_beside_it_does_not_matter() {
+    let up = read(TET.replace("\"Z\"", "\"Y\"").as_bytes()).unwrap();
+    // z, x, y of the file are the scene's x, y, z
+    assert_eq!(up.mesh.nodes_m, [[0.0; 3], [0.0, 0.04, 0.0], [0.0, 0.0, 0.04], [0.04, 0.0, 0.0]]);
+    assert!(up.report.notes().iter().any(|note| note.contains("turned, unless the scene has tissue.up")));
+    let light = "def DistantLight \"l\" {\n float3 xformOp:rotateXYZ = (315, 0, 0)\n double3 xformOp:translate.timeSamples = { 0: (1, 1, 1) }\n}\n";
+    let lit = TET.replace("def Xform", &format!("{light}def Xform")) + light;
+    assert_eq!(read(lit.as_bytes()).unwrap().mesh, read(TET.as_bytes()).unwrap().mesh);
+}
+
+#[test]
 fn what_usd_text_cannot_give_is_one_sentence() {
     for (from, to, says) in [
         ("TetMesh \"t\"", "Mesh \"t\"", "FILE: no tets, only 1 surface (Mesh): mesh the volume"),
         ("= 0.001", "= 0.01", "FILE:6: the file says metersPerUnit = 0.01, but 0.001 m per unit were given"),
         ("translate = (0, 0, 0)", "translate = (0, 0, 1)", "FILE:13: the transform `xformOp:translate` is not read: export with"),
+        ("translate = (0, 0, 0)", "translate.timeSamples = { 0: (1, 1, 1) }", "FILE:13: the transform `xformOp:translate.timeSa"),
+        (
+            "point3f[] points = [",
+            "float3 xformOp:scale = (2, 1, 1)\n point3f[] points = [",
+            "FILE:23: the transform `xformOp:scale` is not read",
+        ),
         ("(0, 1, 0, 0), (0", "(0, 2, 0, 0), (0", "FILE:15: the transform `xformOp:transform` is not read"),
         ("(0, 1, 2, 3)", "(0, 1, 2, 4)", "FILE:26: tet 0 names node 4, but the file has 4 nodes"),
         ("(0, 1, 2, 3)", "(0, 1, 2)", "FILE:26: expected `,` between numbers, found `)`"),

@@ -145,6 +145,16 @@ fn plant() -> Plant {
 }
 
 #[test]
+fn a_force_that_was_lowered_stays_so() {
+    let (mut session, mut plant) = (session(), plant());
+    session.lower_force(0.2).unwrap();
+    assert_eq!(until(&mut session, &mut plant, &MISTAKES[0], |stage| stage == Stage::Done), Stage::Done);
+    assert_eq!((session.limits().max_force_n, session.device().commissioned), (0.2, true));
+    session.reset().unwrap();
+    assert_eq!(session.limits().max_force_n, 0.2);
+}
+
+#[test]
 fn a_session_is_capped_until_it_is_commissioned_and_reads_and_drives_right_afterwards() {
     let mistake = MISTAKES.last().unwrap();
     let (mut session, mut plant) = (session(), plant());

@@ -14,6 +14,14 @@
 static volatile std::sig_atomic_t goes_on = 1; // until Ctrl-C
 static void end(int) { goes_on = 0; }
 
+// True until Ctrl-C, and then for the 200 ticks in which the force is ramped down; `stop` asks the session for that.
+template <class Stop> static bool continues(Stop stop) {
+    static int left = 200;
+    if (goes_on) return true;
+    if (left == 200) stop();
+    return left-- > 0;
+}
+
 // Opens a scene for a device, arms the session, and prints what the device's profile leaves open.
 static bool opened(const char *scene, const char *device, palpate_session *session, palpate_info *info) {
     char cautions[4096];

@@ -19,7 +19,7 @@ int main(int argc, char **argv) {
     }
     std::puts("chai3d: Ctrl-C ends");
     palpate_code code = PALPATE_CODE_OK;
-    for (Pace pace; goes_on && code == PALPATE_CODE_OK;) {
+    for (Pace pace; code == PALPATE_CODE_OK && continues([&] { tissue.stop(); });) {
         pace.wait();
         code = tissue.tick(*device, pace.late_ticks());
     }

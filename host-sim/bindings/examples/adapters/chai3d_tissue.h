@@ -4,6 +4,7 @@
 #pragma once
 #include <chai3d.h>
 
+#include <atomic>
 #include <mutex>
 #include <vector>
 
@@ -15,6 +16,8 @@ class PalpateTissue : public chai3d::cMesh {
     std::vector<double> nodes_m;
     std::mutex copied; // held while the nodes are copied from the session or to the mesh
     unsigned int ticks = 0;
+    using Call = palpate_code (*)(palpate_session);
+    std::atomic<Call> asked{nullptr}; // passed on by the next tick
 
     double from_site_m(std::size_t k) const { return nodes_m[k] - info.site_m[k % 3]; }
 
@@ -32,6 +35,11 @@ public:
         return true;
     }
 
+    // Requests from any thread. After a fault: clear, then arm a moment later.
+    void arm() { asked = palpate_arm; }
+    void stop() { asked = palpate_stop; }
+    void clear() { asked = palpate_clear; }
+
     // One tick of 1 ms: reads the device and sends it the force, which is zero unless PALPATE_CODE_OK is returned.
     palpate_code tick(chai3d::cGenericHapticDevice &device, std::uint32_t late_ticks) {
         chai3d::cVector3d tip_m;
@@ -41,6 +49,14 @@ public:
         input.tip_m[1] = tip_m.y() + info.site_m[1];
         input.tip_m[2] = tip_m.z() + info.site_m[2];
         input.late_ticks = late_ticks;
+        chai3d::cMatrix3d rotation; // from the upright pose; a device without one leaves the probe as it is
+        if (device.getRotation(rotation)) {
+            chai3d::cQuaternion turn;
+            turn.fromRotMat(rotation);
+            const double orientation[4] = {turn.x, turn.y, turn.z, turn.w};
+            palpate_turn(session, orientation); // refused beyond 45 degrees: the probe then stays
+        }
+        if (const Call call = asked.exchange(nullptr)) call(session);
         double force_n[3];
         const palpate_code code = palpate_tick_with(session, &input, sizeof input, force_n);
         device.setForce(chai3d::cVector3d(force_n[0], force_n[1], force_n[2]));

@@ -21,7 +21,7 @@ int main(int argc, char **argv) {
     // taken as the centre.
     const auto start = device.EndEffectorForce(request, true);
     palpate_code code = PALPATE_CODE_OK;
-    for (Pace pace; goes_on && code == PALPATE_CODE_OK;) {
+    for (Pace pace; code == PALPATE_CODE_OK && continues([&] { palpate_stop(session); });) {
         pace.wait();
         const auto state = device.EndEffectorForce(request, true);
         double way_m[3], force_n[3];

@@ -16,7 +16,7 @@ int main(int argc, char **argv) {
     }
     std::puts("omega3: Ctrl-C ends");
     palpate_code code = PALPATE_CODE_OK;
-    for (Pace pace; goes_on && code == PALPATE_CODE_OK;) {
+    for (Pace pace; code == PALPATE_CODE_OK && continues([&] { palpate_stop(session); });) {
         pace.wait();
         palpate_input input = {};
         // DHD's frame: metres; x to the operator, y right, z up, as in the scene

@@ -8,12 +8,15 @@ second; gaps between its stamps are late ticks, and two in a row are a fault. Th
 std_srvs/Trigger.
 
 Poses are in the frame that the parameter `frame_id` names: metres; x to the operator, y to the operator's right, z up; the origin
-is the site of the press. A pose in another frame counts as a failed sensor. Orientations are not used. The torque is the
-tissue's, without the loop's damping and limits, and zero with a package that has no `read_contact`. When poses end, so do
-wrenches: your controller has to let an old wrench go.
+is the site of the press. A pose in another frame counts as a failed sensor. Its orientation turns the probe; one that the session
+refuses, such as all zeros, leaves the probe as it is. The torque is that about the tip, scaled like the force, and zero with a
+package that has no `read_contact`. When poses end, so do wrenches: your controller has to let an old wrench go.
 """
+import math
+
 import rclpy
 from geometry_msgs.msg import PoseStamped, WrenchStamped
+from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from std_srvs.srv import Trigger
@@ -23,10 +26,14 @@ import palpate
 TICK_NS = 1_000_000
 
 
-def torque_nm(session):
-    """Torque about the tip [N m] while the force acts; zero with a package that cannot read it."""
-    acts = session.mode in ("active", "degraded") and hasattr(session, "read_contact")
-    return session.read_contact()["torque_nm"] if acts else (0.0, 0.0, 0.0)
+def torque_nm(session, force_n):
+    """Torque about the tip [N m], as much of the tissue's as the force on the device is of the tissue's force."""
+    if not any(force_n) or not hasattr(session, "read_contact"):
+        return (0.0, 0.0, 0.0)
+    contact = session.read_contact()
+    tissue_n = math.hypot(*(contact["normal_n"] + contact["friction_n"]))
+    share = min(1.0, math.hypot(*force_n) / tissue_n) if tissue_n else 0.0
+    return share * contact["torque_nm"]
 
 
 class TissueNode(Node):
@@ -38,6 +45,7 @@ class TissueNode(Node):
         self.site_m = self.session.site_m
         self.due_ns = None
         self.told = None
+        self.unturned = None
         for caution in self.session.cautions:
             self.get_logger().warning(caution)
         self.wrenches = self.create_publisher(WrenchStamped, "wrench", 1)
@@ -57,8 +65,17 @@ class TissueNode(Node):
         self.due_ns = due_ns + late * TICK_NS
         return min(late, 1000)
 
+    def turn(self, q):
+        try:
+            self.session.turn((q.x, q.y, q.z, q.w))
+        except palpate.PalpateError as error:
+            if str(error) != self.unturned:
+                self.get_logger().warning(str(error))
+            self.unturned = str(error)
+
     def tick(self, pose):
         p = pose.pose.position
+        self.turn(pose.pose.orientation)
         force_n = self.session.tick(
             self.site_m + (p.x, p.y, p.z),
             late_ticks=self.late_ticks(pose.header.stamp),
@@ -67,7 +84,7 @@ class TissueNode(Node):
         message = WrenchStamped()
         message.header.stamp = pose.header.stamp
         message.header.frame_id = self.frame_id
-        for vector, numbers in [(message.wrench.force, force_n), (message.wrench.torque, torque_nm(self.session))]:
+        for vector, numbers in [(message.wrench.force, force_n), (message.wrench.torque, torque_nm(self.session, force_n))]:
             vector.x, vector.y, vector.z = (float(number) for number in numbers)
         self.wrenches.publish(message)
         fault = self.session.fault
@@ -89,7 +106,7 @@ def main():
     node = TissueNode()
     try:
         rclpy.spin(node)
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, ExternalShutdownException):
         pass
     node.destroy_node()
     rclpy.try_shutdown()

@@ -94,8 +94,12 @@ pub fn press_many<'py>(py: Python<'py>, scene: &str, sets: &Bound<'py, PyAny>) -
     let form = "sets: give a list with a dict of changes for each press, as [{\"probe.radius_m\": 0.006}, {}]";
     let sets: Vec<Changes<'py>> = sets.extract().map_err(|_| PyTypeError::new_err(form))?;
     let sets = sets.iter().map(changes).collect::<PyResult<Vec<_>>>()?;
-    let found: Result<Vec<Pressed>, Error> = py.detach(|| sets.into_par_iter().map(|set| pressed(scene, &set)).collect());
-    found.map_err(|error| raised(&error))?.iter().map(|found| dict(py, found)).collect()
+    let found: Vec<Result<Pressed, Error>> = py.detach(|| sets.into_par_iter().map(|set| pressed(scene, &set)).collect());
+    let found = found.into_iter().enumerate().map(|(n, found)| {
+        let found = found.map_err(|error| PalpateError::new_err(format!("sets[{n}]: {error}")))?;
+        dict(py, &found)
+    });
+    found.collect()
 }
 
 fn dict<'py>(py: Python<'py>, found: &Pressed) -> PyResult<Bound<'py, PyDict>> {

@@ -190,7 +190,7 @@ impl<'a> Bench<'a> {
         let ratio = |pascal: f64| pascal / own.youngs_modulus_pa;
         let regions = own.region.iter().map(|region| (&region.name, ratio(region.youngs_modulus_pa)));
         let regions: Vec<_> = regions.collect();
-        let own = (probe.shape, probe.radius_m, own.poisson_ratio, &own.organ, regions, &own.inclusion);
+        let own = (probe.shape, probe.radius_m, own.poisson_ratio, own.stiffening_b, &own.organ, regions, &own.inclusion);
         let presses = (self.placed.axis, tissue.site_m, self.depths_m, task);
         format!("curved\n{own:?}\n{presses:?}\n{:?}", tissue.mesh)
     }
@@ -229,7 +229,7 @@ impl<'a> Bench<'a> {
         let stiffness = |_: usize, x: &V3| Stiffness {
             ratio: if uniform { 1.0 } else { self.layout.ratio_at((*x).into()) },
             poisson_ratio,
-            stiffening_b: 0.0,
+            stiffening_b: self.layout.exponent_at((*x).into()),
         };
         let body = Body::with_stiffness(mesh, stiffness, fixed, touchable, 1.0, rule);
         let rigid = RigidProbe::new(probe.shape, probe.radius_m, place, V3::from(self.placed.axis));

@@ -3,39 +3,17 @@
 
 mod columns;
 mod motion;
+mod signal;
 mod touch;
 
 pub use self::columns::{Table, known};
 pub use self::motion::Segments;
-use self::motion::{between_readings, driven, lasting, mean, merged, noise, spikes, thinned};
 pub(super) use self::motion::{quantile, repeats};
-use self::touch::{FEWEST_BEFORE, LEAST_APPROACH, MOST_DRIFT, Touch, UNSURE};
+use self::signal::{Signal, UPWARDS};
+use self::touch::{FEWEST_BEFORE, LEAST_APPROACH, Touch};
 
-/// Fewest rows of a test.
-const FEWEST_ROWS: usize = 20;
-/// Change of the force, in standard deviations of its noise, that counts as contact.
-const LEAST_NOISES: f64 = 12.0;
-/// Share of the depth by which it may grow in a hold in which the force must not (1).
-const LEVEL: f64 = 0.005;
-/// Share of the way up to which the tip hardly moves, and share of the force that no tissue gives
-/// until then (1).
-const STILL: f64 = 0.03;
-const MOST_EARLY: f64 = 0.1;
-/// Share of the rise of the force up to which rows are used to find contact (1).
-const CONTACT_SHARE: f64 = 0.5;
 /// Mean speeds of a press that are believed [mm/s].
 const SPEEDS_MM_PER_S: std::ops::RangeInclusive<f64> = 0.01..=1000.0;
-/// Fewest equal readings that count as a step of the converter, or as saturation.
-const LEVEL_ROWS: usize = 6;
-/// Number of saturated readings over that of the level below, and the way over which they stay over
-/// that of the largest step of the converter (1).
-const SATURATED: f64 = 2.0;
-/// Exponent of force over depth below which a loading is none of a ball on tissue (1).
-const LEAST_EXPONENT: f64 = 0.6;
-/// Largest number of points of a press that are fitted; more are averaged.
-const MOST_POINTS: usize = 600;
-/// Largest number of points of a hold, and of a retreat.
-const MOST_LATER: usize = 3 * MOST_POINTS;
 
 /// One test, from the surface on.
 #[derive(Clone, Debug, PartialEq)]
@@ -101,147 +79,48 @@ impl Record {
     /// # Errors
     /// One sentence on what makes the test unusable.
     pub fn of(name: &str, rows: &[[f64; 3]], thickness_m: f64) -> Result<Self, String> {
-        let bad = |what: String| Err(format!("{name}: {what}"));
-        if let Some(n) = rows.windows(2).position(|w| w[1][0] < w[0][0]) {
-            let [a, b] = [rows[n][0], rows[n + 1][0]];
-            return bad(format!(
-                "time runs backwards, from {a} to {b} s after row {}: sort the rows, or add a column test that numbers the tests",
-                n + 1
-            ));
+        Self::read(name, rows, thickness_m).map_err(|what| format!("{name}: {what}"))
+    }
+
+    fn read(name: &str, rows: &[[f64; 3]], thickness_m: f64) -> Result<Self, String> {
+        let mut signal = Signal::of(rows)?;
+        let peak = signal.peak()?;
+        let touch = Touch::find(signal.first_rows(&peak));
+        let span_m = signal.depth_m[peak.deepest] - touch.depth_m;
+        if span_m <= 0.0 || signal.depth_m[peak.row] <= signal.depth_m[touch.row] {
+            return Err(UPWARDS.into());
         }
-        let mut rows = merged(rows);
-        if rows.len() < FEWEST_ROWS {
-            return bad(format!(
-                "{} rows at different times: a test needs at least {FEWEST_ROWS}; record force and depth while the tip moves in",
-                rows.len()
-            ));
-        }
-        let column = |rows: &[[f64; 3]], k: usize| rows.iter().map(|row| row[k]).collect::<Vec<f64>>();
-        let [far, also] = [1, 2].map(|k| spikes(&column(&rows, k)));
-        let (counted, mut stands_out) = (rows.len(), far.iter().zip(also).map(|(far, also)| *far || also));
-        rows.retain(|_| stands_out.next() != Some(true));
-        let mut notes = Vec::new();
-        if rows.len() < counted {
-            notes.push(format!(
-                "{name}: {} of {counted} rows stand out of their neighbours and are left out",
-                counted - rows.len()
-            ));
-        }
-        let [time, mut depth, force] = [0, 1, 2].map(|k| column(&rows, k));
-        between_readings(&mut depth);
-        let noise_n = noise(&force);
-        let largest = |values: &[f64]| (0..values.len()).fold(0, |most, n| if values[n] > values[most] { n } else { most });
-        let first_n = mean(&force[..5]);
-        let changes: Vec<f64> = force.iter().map(|force_n| (force_n - first_n).abs()).collect();
-        let deepest = largest(&depth);
-        let at_peak = largest(&changes[..=deepest]);
-        if changes[largest(&changes)] <= LEAST_NOISES * noise_n {
-            return bad(
-                "no contact: the force never rises out of its noise; press deeper, or check the column of the force".into()
-            );
-        }
-        let upwards = "the depth does not grow while the force does: the depth must be positive into the tissue; change its sign";
-        if changes[at_peak] <= LEAST_NOISES * noise_n {
-            return bad(upwards.into());
-        }
-        if force[at_peak] < first_n {
-            return bad(
-                "the force is negative where it is largest: give the force on the tip, positive when it pushes back".into()
-            );
-        }
-        let moves_m = depth[0] + STILL * (depth[deepest] - depth[0]) + 2.0 * noise(&depth);
-        let still = depth.iter().position(|d| *d > moves_m).unwrap_or(0);
-        let early_n = if still > 5 { mean(&force[still - 5..still]) - first_n } else { 0.0 };
-        if early_n.abs() > MOST_EARLY * changes[at_peak] {
-            return bad(format!(
-                "the force changes by {:.0} % of its peak before the tip moves: the sensor drifts, or depth and force are swapped; let the sensor warm up, or correct the names of the columns",
-                100.0 * early_n.abs() / changes[at_peak]
-            ));
-        }
-        let rises = |n: &usize| force[*n] - first_n > CONTACT_SHARE * changes[at_peak];
-        let begins = (0..at_peak).rev().find(|n| !rises(n)).map_or(0, |n| n + 1);
-        let touch = Touch::find(&rows[..(begins + 1).max(FEWEST_ROWS).min(rows.len())]);
-        let span = depth[deepest] - touch.depth_m;
-        if span <= 0.0 || depth[at_peak] <= depth[touch.row] {
-            return bad(upwards.into());
-        }
-        let segments = Segments::of(&depth, touch.row, touch.depth_m);
-        let (press, hold) = (segments.press.clone(), segments.hold.clone());
-        let starts_before = touch.in_air(&depth, depth[deepest]);
+        let segments = Segments::of(&signal.depth_m, touch.row, touch.depth_m);
+        let starts_before = touch.in_air(&signal.depth_m, signal.depth_m[peak.deepest]);
         let zero_n = if starts_before { touch.zero_n } else { 0.0 };
-        let peak_n = force[at_peak] - if starts_before { zero_n } else { first_n };
-        let (until_s, lasts) = (time[at_peak] - time[0], lasting(&force[hold.clone()], touch.row / 3));
-        if let Some(drift_n_per_s) = touch.drift(&rows, until_s, peak_n, noise_n, lasts) {
-            return bad(format!(
-                "the force changes by {drift_n_per_s:.3} N per second before contact, {:.0} % of its peak until the peak: the sensor drifts, or depth and force are swapped; let the sensor warm up, or correct the names of the columns",
-                100.0 * (drift_n_per_s * until_s / peak_n).abs()
-            ));
+        let peak_n = signal.force_n[peak.row] - if starts_before { zero_n } else { peak.first_n };
+        signal.refuse_drift(&touch, &segments, &peak, peak_n)?;
+        signal.rows.iter_mut().for_each(|row| row[2] -= zero_n);
+        signal.refuse_what_is_no_press(&touch, &segments, peak_n, [span_m, thickness_m])?;
+        let mut notes = Vec::new();
+        if signal.left_out > 0 {
+            let counted = signal.left_out + signal.rows.len();
+            notes.push(format!("{name}: {} of {counted} rows stand out of their neighbours and are left out", signal.left_out));
         }
-        let quarter = hold.len() / 4;
-        let rise = |of: &[f64]| mean(&of[hold.end - quarter..hold.end]) - mean(&of[hold.start..hold.start + quarter]);
-        let [rise_m, rise_n] = [&depth, &force].map(|of| rise(of));
-        if rise_m < LEVEL * span && rise_n > (MOST_DRIFT * peak_n).max(UNSURE * lasts * noise_n * (2.0 / quarter as f64).sqrt()) {
-            return bad(format!(
-                "the force rises by {:.0} % of its peak while the depth is held, which no tissue does: the sensor drifts; let the sensor warm up",
-                100.0 * rise_n / peak_n
-            ));
-        }
-        rows.iter_mut().for_each(|row| row[2] -= zero_n);
-        if span > 0.8 * thickness_m {
-            return bad(format!(
-                "the depth grows by {:.4} mm, where the tissue is {} mm thick: check the unit of the depth and --thickness",
-                span * 1e3,
-                thickness_m * 1e3
-            ));
-        }
-        if press.end - touch.row < 8 {
-            return bad(format!(
-                "{} rows between contact and the deepest point: too few to see how the force grows; record at a higher rate or press more slowly",
-                press.end - touch.row
-            ));
-        }
-        let exponent = exponent(&rows[touch.row..press.end], touch.depth_m, peak_n);
-        if let Some(exponent) = exponent.filter(|exponent| *exponent < LEAST_EXPONENT) {
-            return bad(format!(
-                "the force grows only like depth to the power of {exponent:.2}, where tissue gives 1 to 3: the columns of depth and force seem to be swapped; check their names and units"
-            ));
-        }
-        if let Some((row, level_n)) = saturation(&depth, &force, press.end, noise_n.max(noise(&force[..touch.row]))) {
-            return bad(format!(
-                "the force stays at exactly {} N from {:.2} s on: the sensor is saturated, or the machine holds the force; press less deep, and hold the depth",
-                (level_n * 1e6).round() / 1e6,
-                time[row]
-            ));
-        }
-        driven(&mut depth, &segments, span);
-        rows.iter_mut().zip(depth).for_each(|(row, depth)| row[1] = depth);
-        let Segments { press, hold, retreat } = segments;
-        // rows long before contact say nothing more
-        let from = touch.row.saturating_sub(press.end - touch.row);
-        let step = ((press.end - from) / MOST_POINTS).max(1);
-        if retreat.end < rows.len() {
-            let at_s = time[retreat.end] - time[0];
+        if let Some(row) = signal.rows.get(segments.retreat.end) {
+            let at_s = row[0] - signal.rows[0][0];
             notes.push(format!("{name}: the tip comes in again after {at_s:.2} s; the rows after that are left out"));
         }
-        let parts =
-            [thinned(from..press.end, step, usize::MAX), thinned(hold, step, MOST_LATER), thinned(retreat, step, MOST_LATER)];
-        let (press, hold) = (parts[0].len(), parts[0].len() + parts[1].len());
-        let points = parts.concat();
-        let averaged = |k: usize| -> Vec<f64> { points.iter().map(|at| mean(&column(&rows[at.clone()], k))).collect() };
-        let depth_m = averaged(1);
+        let (points, segments, noise_n) = signal.points(&touch, &segments, span_m);
+        let [time_s, depth_m, force_n] = [0, 1, 2].map(|k| points.iter().map(|point| point[k]).collect());
         Ok(Self {
             name: name.into(),
-            time_s: averaged(0),
-            force_n: averaged(2),
-            noise_n: noise_n / (step as f64).sqrt(),
+            time_s,
+            depth_m,
+            force_n,
+            noise_n,
             contact_m: touch.depth_m,
-            contact_range_m: contact_range_m(touch.depth_m, span, starts_before),
+            contact_range_m: contact_range_m(touch.depth_m, span_m, starts_before),
             found_m: touch.depth_m,
             starts_before,
             zero_n,
             notes,
-            segments: Segments { press: 0..press, hold: press..hold, retreat: hold..depth_m.len() },
-            depth_m,
+            segments,
         })
     }
 
@@ -322,41 +201,4 @@ impl Record {
         (!SPEEDS_MM_PER_S.contains(&speed_mm_per_s))
             .then(|| format!("{}: the tip moves in at {speed_mm_per_s:.5} mm/s: check the units of time and depth", self.name))
     }
-}
-
-/// Slope of ln force over ln depth, between a tenth of the peak and the deepest row.
-fn exponent(rows: &[[f64; 3]], surface_m: f64, peak_n: f64) -> Option<f64> {
-    let points: Vec<[f64; 2]> = rows
-        .iter()
-        .filter(|row| row[2] > 0.1 * peak_n && row[1] > surface_m)
-        .map(|row| [(row[1] - surface_m).ln(), row[2].ln()])
-        .collect();
-    let n = points.len() as f64;
-    let sum = |of: fn(&[f64; 2]) -> f64| points.iter().map(of).sum::<f64>();
-    let (x, y, xx, xy) = (sum(|p| p[0]), sum(|p| p[1]), sum(|p| p[0] * p[0]), sum(|p| p[0] * p[1]));
-    (points.len() > 4).then(|| (n * xy - x * y) / (n * xx - x * x))
-}
-
-/// First row and force [N] of readings that a sensor cuts off: with noise, more of them are equal
-/// to the largest than to the one below; else they are equal over a longer way than that of any
-/// step of the converter in the press's upper half.
-fn saturation(depth_m: &[f64], force_n: &[f64], press: usize, noise_n: f64) -> Option<(usize, f64)> {
-    let equal = |level_n: f64| (0..force_n.len()).filter(|n| force_n[*n] == level_n).collect::<Vec<usize>>();
-    let most_n = force_n.iter().copied().fold(f64::MIN, f64::max);
-    let below_n = force_n.iter().copied().filter(|f| *f < most_n).fold(f64::MIN, f64::max);
-    let [top, next] = [most_n, below_n].map(equal);
-    // a converter coarser than the noise has equal readings too
-    let step_n = force_n.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|step| *step > 0.0).fold(f64::MAX, f64::min);
-    if noise_n > step_n && top.len() >= LEVEL_ROWS.max(SATURATED as usize * next.len()) {
-        return Some((top[0], most_n));
-    }
-    let (depth_m, force_n) = (&depth_m[..press], &force_n[..press]);
-    let top_n = quantile(force_n, 1.0 - LEVEL_ROWS as f64 / force_n.len() as f64);
-    let way_m = |level: &[usize]| depth_m[level[level.len() - 1]] - depth_m[level[0]];
-    let rows: Vec<usize> = (0..force_n.len()).filter(|n| force_n[*n] > 0.5 * top_n).collect();
-    let levels = || rows.chunk_by(|a, b| force_n[*a] == force_n[*b]).filter(|level| level.len() >= LEVEL_ROWS);
-    let longest = levels().max_by(|a, b| way_m(a).total_cmp(&way_m(b)))?;
-    let others = levels().filter(|level| level[0] != longest[0]);
-    let step_m = others.map(way_m).fold(1e-3 * (depth_m[depth_m.len() - 1] - depth_m[0]), f64::max);
-    (way_m(longest) > SATURATED * step_m).then_some((longest[0], force_n[longest[0]]))
 }

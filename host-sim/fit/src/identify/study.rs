@@ -24,6 +24,8 @@ const MISFIT_NOISES: f64 = 6.0;
 const MISFIT_PARTS: usize = 40;
 /// Rms error over the peak [%] above which the rows are no test of a tissue.
 const MOST_RMS_PCT: f64 = 8.0;
+/// Information from which the exponent is believed.
+const LEAST_GAIN: f64 = 2.0;
 /// Depth over the deepest possible from which pressing deeper is no remedy (1).
 const DEEP: f64 = 0.9;
 /// Correlation from which two quantities trade off (1).
@@ -82,6 +84,8 @@ pub struct Identified {
     pub plain: (Tissue, f64),
     /// Information gained by the exponent.
     pub exponent_gain: f64,
+    /// Whether the tissue stiffens; a fit without stiffening then keeps the surface of this one.
+    pub stiffens: bool,
     /// Information criterion of each number of terms, with stiffening.
     pub criteria: Vec<(usize, f64)>,
     /// Whether the zero of a force is taken on trust, as the tip is never seen in air.
@@ -172,7 +176,7 @@ pub fn identify(plan: &Plan, records: &[Record]) -> Result<Identified, String> {
         fitted.clone(),
         Settings { stiffens: false, delay: fit.delay_s() != 0.0, ..Settings::default() },
     );
-    let plain = plain_problem.solve().ok_or_else(unsolved)?;
+    let mut plain = plain_problem.solve().ok_or_else(unsolved)?;
     let mut wanted = vec![Quantity::Modulus, Quantity::Relaxed, Quantity::Exponent];
     wanted.extend((0..fit.terms()).flat_map(|k| [Quantity::Share(k), Quantity::Time(k)]));
     let mut estimates: Vec<Estimate> = wanted.iter().map(|of| problem.estimate(&fit, *of)).collect();
@@ -200,10 +204,20 @@ pub fn identify(plan: &Plan, records: &[Record]) -> Result<Identified, String> {
         };
         ((0..kept).map(of).sum::<f64>() / kept as f64).sqrt()
     };
-    let (rms_pct, plain_pct) = (error(&problem, &fit), error(&plain_problem, &plain));
+    let (rms_pct, mut plain_pct) = (error(&problem, &fit), error(&plain_problem, &plain));
     // both models are compared with the same noise and the same number of independent points
     let more = 1.0 + 2.0 * (fit.terms() as f64 - plain.terms() as f64);
     let exponent_gain = fitted.iter().sum::<usize>() as f64 / fit.inflation * 2.0 * (plain_pct / rms_pct).ln() - 2.0 * more;
+    let stiffens = exponent_gain > LEAST_GAIN && tissue.stiffening_b > 0.0;
+    if stiffens {
+        // to seem as soft at first, tissue without stiffening would begin below its surface
+        let mut at_surface = records[..kept].to_vec();
+        at_surface.iter_mut().enumerate().for_each(|(n, record)| record.contact_m = fit.contact_m(n));
+        let settings = Settings { stiffens: false, contact: false, delay: fit.delay_s() != 0.0, ..Settings::default() };
+        let mut problem = Problem::new(&elastic, &at_surface, fitted.clone(), settings);
+        plain = problem.solve().ok_or_else(unsolved)?;
+        plain_pct = error(&problem, &plain);
+    }
     if rms_pct > MOST_RMS_PCT {
         return Err(format!(
             "{}: the best model is {rms_pct:.0} % rms of the peak off, so this is no press of a ball into a slab, or depth and force are swapped; check columns, units and --tip",
@@ -225,6 +239,7 @@ pub fn identify(plan: &Plan, records: &[Record]) -> Result<Identified, String> {
         rms_pct,
         plain: (plain.tissue(), plain_pct),
         exponent_gain,
+        stiffens,
         criteria: fit.criteria.clone(),
         tissue,
         estimates,

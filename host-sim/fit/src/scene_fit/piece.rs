@@ -339,7 +339,7 @@ pub fn tissue_of(scene: &Scene) -> AnswerTissue {
         block_m: tissue.block_m,
         mesh: OrganRecord::of(scene).map(|organ| organ.name),
         poisson_ratio: tissue.poisson_ratio,
-        stiffening_b: 0.0,
+        stiffening_b: tissue.stiffening_b,
         inclusion: tissue.inclusion.clone(),
     }
 }

@@ -1,7 +1,7 @@
 //! `palpate fit --law`: the force of a site over place, depth and speed, without nodes.
 
 use palpate_fit::calibrate::targets::Reference;
-use palpate_fit::far_field::prepared::{Prepared, Recipe};
+use palpate_fit::far_field::prepared::Prepared;
 use palpate_fit::force_map::BlockForces;
 use palpate_fit::law_fit::motions::{self, MotionError};
 use palpate_fit::law_fit::{LawPresses, STORED_RADII, block_shape, fit, stored};
@@ -22,8 +22,8 @@ use super::{Fitted, Written};
 use crate::command::options::fit::{FitArgs, FitOptions};
 use crate::error::Error;
 
-/// Edge length of the elements of a piece's rest shape [probe radii].
-pub(super) const ELEMENT_RADII: f64 = 0.56;
+/// Radius of a piece in thin tissue [probe radii].
+const THIN_RADII: f64 = 1.5;
 /// Radius of the disc of places of a piece [probe radii], as far as its presses are solved.
 const PIECE_REACH_RADII: f64 = 1.15;
 
@@ -159,9 +159,7 @@ impl FitArgs {
         let fitted = match LawFit::of_stored(scene, machine)? {
             Some(fitted) => fitted,
             None => {
-                let radius_m = scene.probe.radius_m;
-                let recipe = Recipe::new(PIECE_RADII * radius_m, ELEMENT_RADII * radius_m, radius_m);
-                let prepared = told("meshing the whole", || Prepared::of(scene, &recipe))?;
+                let prepared = told("meshing the whole", || Prepared::with_room(scene, [PIECE_RADII, THIN_RADII]))?;
                 let kept = Solved::beside(&path);
                 let level = if self.options.quick { Level::Quick } else { Level::Full };
                 let steps = Progress::new(0, "finite elements");

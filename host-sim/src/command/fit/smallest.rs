@@ -2,9 +2,9 @@
 
 use std::cell::Cell;
 
-use palpate_fit::far_field::prepared::{Prepared, Recipe};
+use palpate_fit::far_field::prepared::Prepared;
 use palpate_fit::plan::{Bench, Supply, presses, search};
-use palpate_fit::scene_fit::{Level, PIECE_RADII, PiecePresses};
+use palpate_fit::scene_fit::{Level, PiecePresses};
 use palpate_fit::solved::Solved;
 use palpate_tissue::budget::CostModel;
 use palpate_tissue::scene::{Scene, SceneError};
@@ -12,7 +12,7 @@ use palpate_tissue::session::Session;
 
 use super::super::progress::Progress;
 use super::board::accepted;
-use super::law::{ELEMENT_RADII, LawFit};
+use super::law::LawFit;
 use super::{Fitted, search_report};
 use crate::command::options::fit::FitArgs;
 use crate::error::Error;
@@ -33,12 +33,12 @@ impl FitArgs {
         let status = Progress::start();
         let level = if quick { Level::Quick } else { Level::Full };
         let kept = Solved::beside(&self.common.folder("fit"));
-        let presses = presses(scene, tolerance_pct, level, &kept, |what| status.say(what))?;
+        let (prepared, presses) = presses(scene, tolerance_pct, level, &kept, |what| status.say(what))?;
         let mut folder = self.common.open("fit", scene)?;
         // removes the patch of an earlier search, which could be mistaken for that of this one
         folder.drop_earlier(&format!("{}-{}.patch", scene.name, machine.name));
         status.say("fitting a law");
-        let law = for_law.map_err(|why| why.to_string()).and_then(|()| law(scene, machine, &presses, tolerance_pct));
+        let law = for_law.map_err(|why| why.to_string()).and_then(|()| law(scene, machine, (&prepared, &presses), tolerance_pct));
         match law {
             Ok((fitted, reason)) => {
                 status.finish();
@@ -66,11 +66,13 @@ impl FitArgs {
 
 /// The law of the scene's site, with the reason why it is enough; otherwise the reason why it is
 /// not.
-fn law(scene: &Scene, machine: &CostModel, presses: &PiecePresses, tolerance_pct: f64) -> Result<(LawFit, String), String> {
-    let radius_m = scene.probe.radius_m;
-    let recipe = Recipe::new(PIECE_RADII * radius_m, ELEMENT_RADII * radius_m, radius_m);
-    let prepared = Prepared::of(scene, &recipe).map_err(|why| why.to_string())?;
-    let mut fitted = LawFit::of_piece(scene, machine, &prepared, presses).map_err(|why| why.to_string())?;
+fn law(
+    scene: &Scene,
+    machine: &CostModel,
+    (prepared, presses): (&Prepared, &PiecePresses),
+    tolerance_pct: f64,
+) -> Result<(LawFit, String), String> {
+    let mut fitted = LawFit::of_piece(scene, machine, prepared, presses).map_err(|why| why.to_string())?;
     let reason = fitted.reason(scene, tolerance_pct)?;
     // a board that refuses the law gets a patch
     fitted.session = accepted(&fitted.session, scene, machine).ok_or_else(|| format!("{} refuses a law", machine.name))?;

@@ -25,18 +25,18 @@ pub(super) struct Beside {
     pub force_n: Vec<(usize, f64)>,
 }
 
-/// Fits a patch to the scene for the board, and presses it as in the tests. Returns each test
+/// Fits a patch to the scene with some options, and presses it as in the tests. Returns each test
 /// beside it, and why `fit` does not promise the patch, if it does not.
 pub(super) fn fit_and_judge(
     scene: &Path,
-    radius: Option<&str>,
+    options: &[String],
     out: &Path,
     found: &Identified,
     records: &[Record],
 ) -> Result<(Vec<Beside>, Option<String>), Error> {
     let (scene, folder) = (scene.display().to_string(), out.display().to_string());
-    let line = ["palpate", "fit", "--scene", &scene, "--board", BOARD, "--out", &folder];
-    let line: Vec<&str> = line.into_iter().chain(radius.iter().flat_map(|radius| ["--radius", *radius])).collect();
+    let line = ["palpate", "fit", "--scene", &scene, "--out", &folder];
+    let line: Vec<&str> = line.into_iter().chain(options.iter().map(String::as_str)).collect();
     println!("\n$ {}", line.join(" "));
     let fit = Cli::try_parse_from(line).map_err(|error| TissueError::Usage(error.to_string()))?.run();
     // the patch is judged even if it is further off finite elements than `fit` promises
@@ -44,7 +44,8 @@ pub(super) fn fit_and_judge(
         Err(Error::Tissue(TissueError::Check(why))) => Some(why),
         fit => fit.map(|()| None)?,
     };
-    let patch = format!("{}-{BOARD}.patch", Scene::load_with(&scene, &[])?.name);
+    let kind = if options.iter().any(|option| option == "--law") { "law" } else { BOARD };
+    let patch = format!("{}-{kind}.patch", Scene::load_with(&scene, &[])?.name);
     let change: Change = format!("solver.patch={}", out.canonicalize().unwrap_or_else(|_| out.into()).join(patch).display())
         .parse()
         .map_err(TissueError::Usage)?;

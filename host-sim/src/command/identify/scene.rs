@@ -9,23 +9,18 @@ use palpate_fit::identify::study::Identified;
 
 use crate::command::options::identify::IdentifyArgs;
 
-/// Scene for the desktop, and scene without stiffening for boards.
+/// Scene of the tissue, and scene without stiffening for patches on boards.
 const NAMES: [&str; 2] = ["identified.toml", "identified-plain.toml"];
 
-/// Whether the data need the exponent, so that there are two scenes.
-fn stiffens(found: &Identified) -> bool {
-    found.exponent_gain > 2.0 && found.tissue.stiffening_b > 0.0
-}
-
-/// Name of the scene that `fit` takes.
-pub(super) fn name(found: &Identified) -> &'static str {
-    NAMES[usize::from(stiffens(found))]
+/// Name of the scene that `fit` takes, for a law or a patch.
+pub(super) fn name(found: &Identified, law: bool) -> &'static str {
+    NAMES[usize::from(found.stiffens && !law)]
 }
 
 /// Names and texts of the scene files.
 pub(super) fn texts(args: &IdentifyArgs, found: &Identified, records: &[Record]) -> Vec<(&'static str, String)> {
     let plain = (NAMES[1], text(args, found, records, &found.plain.0, "identified-plain", false));
-    match stiffens(found) {
+    match found.stiffens {
         true => vec![(NAMES[0], text(args, found, records, &found.tissue, "identified", true)), plain],
         false => vec![(NAMES[0], text(args, found, records, &found.plain.0, "identified", false))],
     }
@@ -51,14 +46,14 @@ fn text(args: &IdentifyArgs, found: &Identified, records: &[Record], tissue: &Ti
     let mut text = format!("# Identified by `palpate identify` from {}.\n", args.data.display());
     let rms_pct = if stiffening { found.rms_pct } else { found.plain.1 };
     let _infallible = writeln!(text, "# The forces of this tissue are {rms_pct:.2} % rms of the peak off the data.");
-    if !stiffening && stiffens(found) {
-        text += "# It is the best tissue without stiffening, which boards do not have.\n";
+    if !stiffening && found.stiffens {
+        text += "# It is the best tissue without stiffening, which patches on boards do not have.\n";
     }
     for unsaid in &found.unsaid {
         let _infallible = writeln!(text, "# Not known: {unsaid}.");
     }
     let modulus =
-        if stiffening || !stiffens(found) { between(Quantity::Modulus, 1.0, "Pa") } else { "best without stiffening".into() };
+        if stiffening || !found.stiffens { between(Quantity::Modulus, 1.0, "Pa") } else { "best without stiffening".into() };
     let _infallible = write!(
         text,
         "name = \"{name}\"\n[tissue]\nblock_m = [{}, {}, {}]{}\nyoungs_modulus_pa = {}  # instantaneous; {modulus}\n\

@@ -42,6 +42,8 @@ pub struct ImportReport {
     pub ignored: BTreeMap<&'static str, usize>,
     /// Number of tets left out because an earlier one has the same nodes.
     pub copies: usize,
+    /// Axis that points up by the file's own words.
+    pub up: Option<Up>,
     /// Number of nodes left out because no tet names them.
     pub unused_nodes: usize,
     /// Extents along x, y, z [m].
@@ -59,7 +61,11 @@ impl ImportReport {
         let divided = self.divided.iter().map(|(kind, n)| format!("{n} element(s) of type {kind} divided into tets"));
         let corners = self.by_corners.iter().map(|(kind, n)| format!("{n} {kind}(s) of second order read by their corners"));
         let copies = (self.copies > 0).then(|| format!("{} tet(s) left out, copies of others", self.copies));
-        divided.chain(corners).chain(copies).collect()
+        let up = self
+            .up
+            .filter(|up| *up != Up::Z)
+            .map(|_| "the file names another axis than z as up: turned, unless the scene has tissue.up");
+        divided.chain(corners).chain(copies).chain(up.map(String::from)).collect()
     }
 }
 
@@ -77,14 +83,15 @@ pub enum MeshFile {
 /// # Errors
 /// Errors of [`open_turned`].
 pub fn open(path: &Path, unit_m: f64) -> Result<MeshFile, MeshError> {
-    open_turned(path, unit_m, Up::default())
+    open_turned(path, unit_m, None)
 }
 
-/// Like [`open`], with the axis of the file that points up.
+/// Like [`open`], with the axis of the file that points up, where that is not the one that the file
+/// names, or z.
 ///
 /// # Errors
 /// The first defect that is found: of the file, of its text, of a number in it, or of the mesh.
-pub fn open_turned(path: &Path, unit_m: f64, up: Up) -> Result<MeshFile, MeshError> {
+pub fn open_turned(path: &Path, unit_m: f64, up: Option<Up>) -> Result<MeshFile, MeshError> {
     if !(unit_m > 0.0 && unit_m.is_finite()) {
         return Err(whole_file(path, Defect::LengthUnit(unit_m)));
     }
@@ -104,7 +111,7 @@ pub fn open_turned(path: &Path, unit_m: f64, up: Up) -> Result<MeshFile, MeshErr
         usd::read(&file, data, unit_m)
     } else if let Some(format) = Format::of(path, data) {
         let surface = surface_file::read(&file, data, format)?;
-        return surface_file::checked(&file, surface, unit_m, up).map(MeshFile::Surface);
+        return surface_file::checked(&file, surface, unit_m, up.unwrap_or_default()).map(MeshFile::Surface);
     } else {
         let line = head.split(|byte| *byte == b'\n').next().unwrap_or_default();
         let starts = quoted(String::from_utf8_lossy(line).trim());
@@ -113,8 +120,9 @@ pub fn open_turned(path: &Path, unit_m: f64, up: Up) -> Result<MeshFile, MeshErr
     raw.complete();
     if !raw.has_solids() && !raw.face_ends.is_empty() {
         let surface = surface_file::of_faces(&raw)?;
-        return surface_file::checked(&file, surface, unit_m, up).map(MeshFile::Surface);
+        return surface_file::checked(&file, surface, unit_m, up.unwrap_or_default()).map(MeshFile::Surface);
     }
+    let up = up.or(raw.up).unwrap_or_default();
     raw.nodes.iter_mut().for_each(|node| node.position = up.turned(node.position));
     checked(raw, unit_m).map(MeshFile::Tets)
 }
@@ -189,6 +197,7 @@ fn checked(raw: RawMesh, unit_m: f64) -> Result<Imported, MeshError> {
             by_corners: raw.by_corners,
             ignored: raw.ignored,
             copies: solid.copies,
+            up: raw.up,
             unused_nodes: solid.unused_nodes,
             size_m: found.size_m,
             volume_m3: found.volume_m3,

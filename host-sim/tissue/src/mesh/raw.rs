@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::Up;
 use super::element::{Kind, Shape, eight_tets};
 
 /// Nodes, solids and faces with the numbers that they have in their file. Solids other than tets
@@ -10,6 +11,8 @@ pub(super) struct RawMesh {
     pub format: &'static str,
     /// Name of the file, for messages.
     pub file: String,
+    /// Axis that points up by the file's own words.
+    pub up: Option<Up>,
     pub nodes: Vec<RawNode>,
     pub tets: Vec<RawTet>,
     /// Tets with nodes on their edges, which [`Self::complete`] makes into tets.
@@ -58,6 +61,7 @@ impl RawMesh {
         Self {
             format,
             file: file.to_owned(),
+            up: None,
             nodes: Vec::new(),
             tets: Vec::new(),
             second_order: Vec::new(),

@@ -1,8 +1,10 @@
 //! Tets in USD text (`.usda`): the one `TetMesh` of the file, as physics engines keep it.
 //!
-//! Coordinates are read as they stand, so transforms other than the identity are refused. The
-//! file's `metersPerUnit` has to agree with the unit that the caller gives.
+//! Coordinates are read as they stand, so that transforms of the mesh, and of prims around it, are
+//! refused unless they are the identity. The file's `metersPerUnit` has to agree with the unit that the caller gives, and its
+//! `upAxis` turns the mesh.
 
+use super::Up;
 use super::element::{Kind, Shape};
 use super::error::{Defect, MeshError, quoted};
 use super::lines::Lines;
@@ -103,17 +105,20 @@ pub(super) fn read(file: &str, data: &[u8], unit_m: f64) -> Result<RawMesh, Mesh
     let text = String::from_utf8_lossy(data);
     let mut words = Words::new(file, &text);
     let mut raw = RawMesh::new(FORMAT, file);
-    // kind of each prim that is open, innermost last; `None` for other braces
-    let (mut open, mut begun): (Vec<Option<&str>>, Option<&str>) = (Vec::new(), None);
+    // prims that are open, innermost last; `None` for other braces
+    let (mut open, mut begun): (Vec<Option<Prim>>, Option<Prim>) = (Vec::new(), None);
     let (mut meshes, mut tets, mut brackets) = (0, 0, 0);
     while let Some(word) = words.next() {
-        let in_tets = open.last() == Some(&Some("TetMesh"));
+        let in_tets = matches!(open.last(), Some(Some(prim)) if prim.kind == "TetMesh");
         match word.text {
             "def" => {
                 let kind = words.required("the kind of a prim")?.text;
-                begun = Some(kind);
+                begun = Some(Prim { kind, transform: None });
                 match kind {
-                    "TetMesh" => meshes += 1,
+                    "TetMesh" => {
+                        refuse(open.iter().flatten().find_map(|prim| prim.transform))?;
+                        meshes += 1;
+                    }
                     "Mesh" => *raw.ignored.entry("surface (Mesh)").or_default() += 1,
                     _ => {}
                 }
@@ -133,6 +138,14 @@ pub(super) fn read(file: &str, data: &[u8], unit_m: f64) -> Result<RawMesh, Mesh
                     return Err(word.at.error(Defect::OwnUnit { own_m, unit_m }));
                 }
             }
+            "upAxis" if open.is_empty() => {
+                words.sign("=", "`=`")?;
+                raw.up = match words.required("an axis")?.text.trim_matches(['"', '\'']) {
+                    "X" => Some(Up::X),
+                    "Y" => Some(Up::Y),
+                    _ => None,
+                };
+            }
             "points" if in_tets => words.rows(|row: [Word<'_>; 3]| {
                 let [x, y, z] = [row[0].coordinate()?, row[1].coordinate()?, row[2].coordinate()?];
                 raw.nodes.push(RawNode { number: raw.nodes.len() as u64, line: Some(row[0].at.line), position: [x, y, z] });
@@ -147,15 +160,43 @@ pub(super) fn read(file: &str, data: &[u8], unit_m: f64) -> Result<RawMesh, Mesh
                 tets += 1;
                 Ok(())
             })?,
-            name if name.starts_with("xformOp:") => refuse_transform(&mut words, word)?,
+            name if name.starts_with("xformOp:") => {
+                let moves = moves(&mut words, word)?.then_some(word);
+                refuse(moves.filter(|_| in_tets))?;
+                if let Some(Some(prim)) = open.last_mut() {
+                    prim.transform = prim.transform.or(moves);
+                }
+            }
             _ => {}
         }
     }
     Ok(raw)
 }
 
-/// Refuses a transform that is not the identity; `word` is its name.
-fn refuse_transform<'a>(words: &mut Words<'a>, word: Word<'a>) -> Result<(), MeshError> {
+/// A prim that is open.
+struct Prim<'a> {
+    kind: &'a str,
+    /// Name of its first transform that is not the identity.
+    transform: Option<Word<'a>>,
+}
+
+/// Refuses a transform of the mesh.
+fn refuse(transform: Option<Word<'_>>) -> Result<(), MeshError> {
+    transform.map_or(Ok(()), |word| {
+        Err(word.at.error(Defect::Encoding {
+            what: "the transform",
+            found: quoted(word.text),
+            instead: "with transforms applied to the points",
+        }))
+    })
+}
+
+/// Whether a transform is not the identity; `word` is its name. One that changes with time, or whose
+/// value is not written here, counts as such.
+fn moves<'a>(words: &mut Words<'a>, word: Word<'a>) -> Result<bool, MeshError> {
+    if word.text.ends_with(".timeSamples") {
+        return Ok(true);
+    }
     words.sign("=", "`=`")?;
     let (mut depth, mut numbers) = (0, Vec::new());
     loop {
@@ -177,12 +218,5 @@ fn refuse_transform<'a>(words: &mut Words<'a>, word: Word<'a>) -> Result<(), Mes
         "transform" => f64::from(u8::from(k.is_multiple_of(5))),
         _ => 0.0,
     };
-    match numbers.iter().enumerate().all(|(k, number)| *number == neutral(k)) {
-        true => Ok(()),
-        false => Err(word.at.error(Defect::Encoding {
-            what: "the transform",
-            found: quoted(word.text),
-            instead: "with transforms applied to the points",
-        })),
-    }
+    Ok(numbers.iter().enumerate().any(|(k, number)| *number != neutral(k)))
 }

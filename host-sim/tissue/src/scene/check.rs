@@ -150,12 +150,15 @@ impl Scene {
     /// Refuses what only nodes can answer, where a law answers; `why` names the law.
     ///
     /// # Errors
-    /// The probe has friction, or the tissue stiffens, has weight or holds a nodule.
+    /// The probe is tilted or has friction, or the tissue has weight, a nodule, or parts that stiffen
+    /// more than the rest.
     pub fn refuse_what_a_law_lacks(&self, why: &str) -> Result<(), SceneError> {
         let (key, what) = match () {
             () if self.probe.tilt_deg != [0.0; 3] => ("probe.tilt_deg", "a tilted tip, which presses nodes"),
             () if self.probe.friction > 0.0 => ("probe.friction", "friction, which slides over nodes"),
-            () if self.tissue.most_stiffening_b() > 0.0 => ("tissue.stiffening_b", "stiffening, which is that of nodes"),
+            () if self.tissue.most_stiffening_b() > self.tissue.stiffening_b => {
+                ("tissue", "parts that stiffen more, which nodes do")
+            }
             () if self.tissue.gravity_m_per_s2 != [0.0; 3] => ("tissue.gravity_m_per_s2", "weight, which nodes carry"),
             () if !self.tissue.inclusion.is_empty() => ("tissue.inclusion", "a nodule of its own, which nodes feel"),
             () => return Ok(()),

@@ -46,7 +46,21 @@ pub(super) fn open(scene: &Scene, path: &Path) -> Result<(Patch, Params), Error>
         patch.set_site_m(on_surface(&file, offset_m).ok_or_else(missed)?);
     }
     agree_with_its_inclusions(scene, path, record.as_ref())?;
+    if file.model.law.is_some() && file.model.springs.is_empty() {
+        agree_with_its_stiffening(scene, path, record.as_ref())?;
+    }
     Ok((patch, file.params))
+}
+
+/// Checks that a scene leaves the stiffening to the law, which contains that of its fit, or states
+/// the same.
+fn agree_with_its_stiffening(scene: &Scene, path: &Path, record: Option<&FitRecord>) -> Result<(), SceneError> {
+    let (b, fitted_b) = (scene.tissue.stiffening_b, record.map_or(0.0, |record| record.tissue.stiffening_b));
+    if b == 0.0 || b == fitted_b {
+        return Ok(());
+    }
+    let why = format!("= {b}, but {} holds a law of tissue with {fitted_b}: leave it out, or fit the law again", path.display());
+    scene.bad("tissue.stiffening_b", &why)
 }
 
 /// The outermost point of the patch's surface along the press, through its site shifted by

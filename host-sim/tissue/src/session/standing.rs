@@ -69,7 +69,7 @@ impl Standing {
             Some(record) => {
                 let differs = differs(scene, session, &record);
                 if differs.is_empty() {
-                    return Self::Calibrated { beside: beside(scene, nodes, file.is_none()), record };
+                    return Self::Calibrated { beside: beside(scene, &record, file.is_none()), record };
                 }
                 let expected = expected(scene, nodes, Some(&record));
                 Self::CalibratedForAnother { differs, record, expected }
@@ -160,10 +160,10 @@ fn expectation(expected: Option<&Expected>) -> String {
 
 /// Terms of a scene that no fit has, with what is known of their errors: those of the shipped
 /// patches were measured against finite elements that stiffen.
-fn beside(scene: &Scene, nodes: usize, shipped: bool) -> Vec<String> {
-    let mut beside = Vec::new();
+fn beside(scene: &Scene, record: &FitRecord, shipped: bool) -> Vec<String> {
+    let (mut beside, nodes) = (Vec::new(), record.nodes);
     let b = scene.tissue.most_stiffening_b();
-    if b > 0.0 {
+    if b > record.tissue.stiffening_b {
         let measured = STIFFENED.iter().find(|(of, to_b, _)| shipped && *of == nodes && b <= *to_b);
         beside.push(match measured {
             Some((.., rms_pct)) => {

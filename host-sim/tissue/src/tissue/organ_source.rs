@@ -56,7 +56,7 @@ impl OrganSource {
             return Ok(Some(Self::Organ(organ)));
         }
         let (Some(path), Some(unit)) = (&tissue.mesh, tissue.length_unit) else { return Ok(None) };
-        match open_turned(path, unit.metres, tissue.up.unwrap_or_default())? {
+        match open_turned(path, unit.metres, tissue.up)? {
             MeshFile::Surface(imported) => Ok(Some(Self::Surface(imported.surface, imported.report))),
             MeshFile::Tets(_) if tissue.nodes.is_some() => Ok(scene.refuse_nodes()?),
             // an import has tets, so it has a surface

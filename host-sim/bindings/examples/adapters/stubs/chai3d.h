@@ -1,6 +1,7 @@
 // The part of CHAI3D 3's interface that the adapter uses, so that it compiles without it. Written from its shape: no code of
 // CHAI3D is here, and nothing is drawn.
 #pragma once
+#include <cmath>
 #include <memory>
 #include <vector>
 
@@ -15,6 +16,23 @@ public:
     double z() const { return m_z; }
 };
 
+class cMatrix3d {
+    double m_rows[3][3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
+
+public:
+    double &operator()(int row, int column) { return m_rows[row][column]; }
+    double operator()(int row, int column) const { return m_rows[row][column]; }
+};
+
+struct cQuaternion {
+    double w = 1.0, x = 0.0, y = 0.0, z = 0.0;
+    // by a rotation of less than 180 degrees
+    void fromRotMat(const cMatrix3d &m) {
+        w = 0.5 * std::sqrt(1.0 + m(0, 0) + m(1, 1) + m(2, 2));
+        x = (m(2, 1) - m(1, 2)) / (4.0 * w), y = (m(0, 2) - m(2, 0)) / (4.0 * w), z = (m(1, 0) - m(0, 1)) / (4.0 * w);
+    }
+};
+
 // Base of every device.
 class cGenericHapticDevice {
 public:
@@ -23,6 +41,7 @@ public:
     virtual bool close() { return false; }
     virtual bool calibrate(bool = false) { return false; }
     virtual bool getPosition(cVector3d &) { return false; }
+    virtual bool getRotation(cMatrix3d &) { return false; }
     virtual bool setForceAndTorqueAndGripperForce(const cVector3d &, const cVector3d &, double) { return false; }
     bool setForce(const cVector3d &force) { return setForceAndTorqueAndGripperForce(force, cVector3d(), 0.0); }
 };

@@ -32,8 +32,8 @@ const RAMP_TICKS: u32 = 200;
 pub async fn run(
     device: &mut HaplyDevice,
     session: &mut HapticSession,
-    mut now: impl FnMut() -> Duration,
-    mut ends: impl FnMut() -> bool,
+    now: impl FnMut() -> Duration,
+    ends: impl FnMut() -> bool,
     silence: Duration,
 ) -> Result<Option<Fault>, ServiceError> {
     let mut seen = None;
@@ -41,16 +41,34 @@ pub async fn run(
     let site_m = session.tissue().patch().site_m() + Vector3::z() * START_ABOVE_M;
     session.arm()?;
     send(device, &id, Vector3::zeros()).await?; // the service sends states once it has a command
+    let ended = ticks(device, session, (&id, start, site_m), &mut seen, now, ends, silence).await;
+    if ended.is_err() {
+        // the device would keep its last force; a service that is gone takes none
+        let _gone = send(device, &id, Vector3::zeros()).await;
+    }
+    ended
+}
+
+/// Runs ticks until the end; `start` is the device's position at the start, and `site_m` the tip's.
+async fn ticks(
+    device: &mut HaplyDevice,
+    session: &mut HapticSession,
+    (id, start, site_m): (&str, Linear3D, Vector3<f32>),
+    seen: &mut Option<Instant>,
+    mut now: impl FnMut() -> Duration,
+    mut ends: impl FnMut() -> bool,
+    silence: Duration,
+) -> Result<Option<Fault>, ServiceError> {
     let (mut due, mut ticks_left) = (now() + TICK, None);
     loop {
-        let (_, position) = newer(device, &mut seen, silence).await?;
+        let (_, position) = newer(device, seen, silence).await?;
         let late = now().checked_sub(due);
         let Some(late) = late else { continue };
         let late_ticks = u16::try_from(late.as_millis()).unwrap_or(u16::MAX);
         due += TICK * (u32::from(late_ticks) + 1);
         let tip_m = site_m + to_scene(position - start);
         let fault = session.tick(&Input { late_ticks, ..Input::at(tip_m) }).fault;
-        send(device, &id, session.drive_n()).await?; // zero on a fault
+        send(device, id, session.drive_n()).await?; // zero on a fault
         ticks_left = match ticks_left {
             _ if fault.is_some() => return Ok(fault),
             Some(0) => return Ok(None),
