@@ -33,7 +33,7 @@ typedef enum palpate_code {
   PALPATE_CODE_WRONG_ORDER = 8,
   // The largest possible number of sessions is open.
   PALPATE_CODE_TOO_MANY = 9,
-  // A file cannot be read.
+  // A file cannot be read or written.
   PALPATE_CODE_CANNOT_READ = 10,
   // A scene, mesh or device profile cannot be used.
   PALPATE_CODE_BAD_SCENE = 11,
@@ -228,9 +228,11 @@ enum palpate_code palpate_open_patch_bytes(const uint8_t *bytes,
 enum palpate_code palpate_close(palpate_session session);
 
 // Runs one tick: takes the position of the probe's tip [m], x y z in the scene's frame, and writes
-// the force on the device [N] to `force_n`. Call it every millisecond. `force_n` is zero on every
-// failure; with a NULL `tip_m` the sensor counts as failed and the fault is latched.
-// `PALPATE_CODE_FAULT` is returned while a fault is latched.
+// the force on the device [N] to `force_n`. Call it every millisecond; it cannot see periods that
+// you missed, which `palpate_tick_with` takes. `force_n` is zero on every failure; with a NULL
+// `tip_m` the sensor counts as failed and the fault is latched. `PALPATE_CODE_FAULT` is returned
+// while a fault is latched. If the device was commissioned, the position is the site plus the
+// values that were the readings of `palpate_commission`.
 //
 // # Safety
 // `tip_m` and `force_n` point to three doubles each.
@@ -248,8 +250,8 @@ enum palpate_code palpate_tick_with(palpate_session session,
 
 // Runs one tick of a commissioning in place of `palpate_tick`: it measures order, sign, unit,
 // friction, mass, delay and lag of the device, with 0.5 N at most. `reading` are the values of the
-// three sensors, in any unit; `distance_m` is the distance by which the user moves the handle
-// along each axis, such as 0.05. Pass 1 for `confirmed` in the one tick in which the user says
+// three sensors, in any unit, as you add them to the site for `palpate_tick`; `distance_m` is the
+// distance by which the user moves the handle along each axis, such as 0.05. Pass 1 for `confirmed` in the one tick in which the user says
 // that the present step is done, otherwise 0; `palpate_commission_text` says what the step is.
 // `force_n` receives the forces for the three motors [N], to be sent at once, and `stage` one of
 // `palpate_stage`.
@@ -363,12 +365,13 @@ enum palpate_code palpate_set_modulus(palpate_session session, double youngs_mod
 // Turns the probe about its tip from the next tick on: `orientation` is its rotation from the
 // upright pose, a unit quaternion x, y, z, w in the scene's frame, by at most 45 degrees. It
 // replaces the scene's tilt until the next call; a device that measures it calls this before each
-// tick. Positions are then those of the point of the turned probe that is lowest when it is
+// tick. The probe turns no faster than its farthest point may sink into the tissue. Positions are then those of the point of the turned probe that is lowest when it is
 // upright. Damping and friction act on the displacement of that point alone, not on the rotation.
 //
 // # Safety
 // `orientation` points to four doubles.
-enum palpate_code palpate_turn(palpate_session session, const double *orientation);
+enum palpate_code palpate_turn(palpate_session session,
+                               const double *orientation);
 
 // Lowers the maximum force [N] until the session is closed; no limit can be raised or switched
 // off.

@@ -200,6 +200,7 @@ impl FitOptions {
         // the error falls roughly with the square root of the number of nodes
         let would_do = match nodes as f64 * (keeps / asked).powi(2) {
             _ if self.quick => "leave out --quick, or ask for".to_owned(),
+            _ if self.law => "press less deep, let --smallest look for a patch, or ask for".to_owned(),
             _ if on_board => "take a faster board, let --smallest choose radius and elements, or ask for".to_owned(),
             n if n > MOST_NODES => "more nodes than a block is meshed with would (an estimate): ask for".to_owned(),
             n => format!("try --nodes {:.0} (an estimate), or", (n / 10.0).ceil() * 10.0),

@@ -185,7 +185,8 @@ impl LawFit {
         options: &FitOptions,
         name: String,
     ) -> Result<Written, Error> {
-        let (bytes, written) = self.file(scene, name)?;
+        let (bytes, mut written) = self.file(scene, name)?;
+        written.record.quick = options.quick;
         folder.write(&written.name, &bytes)?;
         written.record.write(&folder, &written.name)?;
         self.answer.save(&folder, "answer.json")?;
