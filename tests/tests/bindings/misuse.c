@@ -103,7 +103,7 @@ static void commissioning(palpate_session s) {
     /* confirmed without a motion */
     IS(palpate_commission(s, reading, 0.05, 1, force_n, &stage), PALPATE_CODE_NOT_COMMISSIONED);
     HOLDS(stage == PALPATE_STAGE_STOPPED && strstr(palpate_last_message(), "along x") != NULL);
-    IS(palpate_write_profile(s, "never.toml"), PALPATE_CODE_BAD_SCENE);
+    IS(palpate_write_profile(s, "never.toml"), PALPATE_CODE_WRONG_ORDER);
     IS(palpate_write_profile(s, NULL), PALPATE_CODE_NULL);
 }
 

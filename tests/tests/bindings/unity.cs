@@ -70,7 +70,8 @@ static class Test {
         for (int tick = 0; tick < 2500; tick++, now_us += 1000) {
             int steps = tick < 700 ? 0 : Math.Min(tick - 700, 2500 - tick);
             var tip = new UnityEngine.Vector3(1e-3f, 5e-3f - 1e-5f * steps, 2e-3f);
-            UnityEngine.Vector3 force_n = tissue.Tick(tip);
+            var upright = new UnityEngine.Quaternion(0f, 0f, 0f, 1f);
+            UnityEngine.Vector3 force_n = tick % 2 == 0 ? tissue.Tick(tip) : tissue.Tick(tip, upright);
             Console.WriteLine("{0:R} {1:R} {2:R} {3:G9} {4:G9} {5:G9}", -(double)tip.z, (double)tip.x, (double)tip.y, -force_n.z, force_n.x, force_n.y);
             if (tick % 16 == 15) tissue.Update();
             deepest = Math.Min(deepest, mesh.vertices[site].y);
@@ -81,6 +82,26 @@ static class Test {
         UnityEngine.Vector3 last = tissue.Tick(new UnityEngine.Vector3(0f, 5e-3f, 0f));
         for (int tick = 0; tick < 16; tick++, now_us += 1000) tissue.Tick(new UnityEngine.Vector3(0f, 5e-3f, 0f));
         tissue.Update();
+        string errors = UnityEngine.Debug.errors;
+        int normals = mesh.normals;
+        float late = last.y;
+        // armed again without a new session; a request out of order, and a tilt beyond the range, are said
+        Action<int, double, double> press = (ticks, from_m, step_m) => {
+            for (int tick = 0; tick < ticks; tick++, now_us += 1000) last = tissue.Tick(new UnityEngine.Vector3(0f, (float)(from_m - step_m * tick), 0f));
+        };
+        tissue.Arm();
+        press(200, 5e-3, 0.0);
+        tissue.Update();
+        if (!UnityEngine.Debug.errors.EndsWith("clear it before arming again")) throw new Exception(UnityEngine.Debug.errors);
+        tissue.Clear();
+        press(1, 5e-3, 0.0);
+        tissue.Arm();
+        press(800, 5e-3, 0.0);
+        press(700, 5e-3, 1e-5);
+        if (last.y < 0.01f) throw new Exception("no force after a fault that was cleared");
+        tissue.Tick(new UnityEngine.Vector3(0f, -2e-3f, 0f), new UnityEngine.Quaternion(0.6f, 0f, 0f, 0.8f));
+        tissue.Update();
+        if (!UnityEngine.Debug.errors.Contains("orientation")) throw new Exception(UnityEngine.Debug.errors);
         tissue.OnDestroy();
         // a plugin may call on, and a component whose scene cannot be opened is destroyed as well
         var failed = new PalpateTissue { scene = "nowhere.toml" };
@@ -92,6 +113,6 @@ static class Test {
             }
             ended.OnDestroy();
         }
-        Console.WriteLine("end {0} {1} {2} {3} {4}", deepest, volume > 0.0, mesh.normals, last.y, UnityEngine.Debug.errors);
+        Console.WriteLine("end {0} {1} {2} {3} {4}", deepest, volume > 0.0, normals, late, errors);
     }
 }

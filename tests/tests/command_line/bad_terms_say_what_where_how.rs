@@ -61,8 +61,8 @@ fn a_stiffening_that_cannot_be() {
     on_a_board(&["emulate", "--scene", "scene.toml"], "a board");
     on_a_board(&["loop", "--emulated", "--quick", "--scene", "scene.toml"], "a board");
     on_a_board(&["fit", "--smallest", "--board", "m4f-168", "--scene", "scene.toml"], "m4f-168");
-    let law = ["fit", "--law", "--scene", "scene.toml", "--set", "tissue.gravity_m_per_s2=[0.0, 0.0, -9.81]"];
-    refused(&desk, &law, &["tissue.gravity_m_per_s2", "weight, which nodes carry", "without --law"]);
+    let law = ["fit", "--law", "--scene", "scene.toml", "--set", "probe.friction=0.3"];
+    refused(&desk, &law, &["probe.friction", "friction, which slides over nodes", "without --law"]);
 }
 
 #[test]

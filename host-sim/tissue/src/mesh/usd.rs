@@ -1,8 +1,8 @@
 //! Tets in USD text (`.usda`): the one `TetMesh` of the file, as physics engines keep it.
 //!
 //! Coordinates are read as they stand, so that transforms of the mesh, and of prims around it, are
-//! refused unless they are the identity. The file's `metersPerUnit` has to agree with the unit that the caller gives, and its
-//! `upAxis` turns the mesh.
+//! refused unless they are the identity. The file's `metersPerUnit` has to agree with the unit that
+//! the caller gives, and its `upAxis` turns the mesh.
 
 use super::Up;
 use super::element::{Kind, Shape};
@@ -191,8 +191,8 @@ fn refuse(transform: Option<Word<'_>>) -> Result<(), MeshError> {
     })
 }
 
-/// Whether a transform is not the identity; `word` is its name. One that changes with time, or whose
-/// value is not written here, counts as such.
+/// Whether a transform is not the identity; `word` is its name. One that changes with time, or
+/// whose value is not written here, counts as such.
 fn moves<'a>(words: &mut Words<'a>, word: Word<'a>) -> Result<bool, MeshError> {
     if word.text.ends_with(".timeSamples") {
         return Ok(true);

@@ -150,8 +150,8 @@ impl Scene {
     /// Refuses what only nodes can answer, where a law answers; `why` names the law.
     ///
     /// # Errors
-    /// The probe is tilted or has friction, or the tissue has weight, a nodule, or parts that stiffen
-    /// more than the rest.
+    /// The probe is tilted or has friction, or the tissue has weight, a nodule, or parts that
+    /// stiffen more than the rest.
     pub fn refuse_what_a_law_lacks(&self, why: &str) -> Result<(), SceneError> {
         let (key, what) = match () {
             () if self.probe.tilt_deg != [0.0; 3] => ("probe.tilt_deg", "a tilted tip, which presses nodes"),
