@@ -8,16 +8,17 @@
 mod press;
 mod session;
 
-use palpate_tissue::error::Error;
+use std::fmt::Display;
+
 use pyo3::create_exception;
 use pyo3::exceptions::PyException;
 use pyo3::prelude::{PyErr, pymodule};
 
 create_exception!(palpate, PalpateError, PyException, "Bad input or a call out of order: what, where, and how to fix it.");
 
-/// An error of the library as an exception.
-fn raised(error: &Error) -> PyErr {
-    PalpateError::new_err(error.to_string())
+/// An error of the library as an exception of one line.
+fn raised(error: &impl Display) -> PyErr {
+    PalpateError::new_err(error.to_string().replace(char::is_control, " "))
 }
 
 /// The module `palpate._native`.

@@ -13,8 +13,8 @@ use pyo3::types::{PyDict, PyDictMethods};
 use rayon::prelude::{IntoParallelIterator, ParallelIterator};
 use std::collections::BTreeMap;
 
+use crate::raised;
 use crate::session::rows;
-use crate::{PalpateError, raised};
 
 /// Returns one number of a tick's row.
 type Column = fn(&TickRow) -> f64;
@@ -57,7 +57,7 @@ struct Pressed {
 fn changes(set: &Changes<'_>) -> PyResult<Vec<Change>> {
     let change = |(key, value): (&String, &Bound<'_, PyAny>)| {
         let value = toml(value).ok_or_else(|| PyTypeError::new_err(format!("{key}: give a number, a text, a list or a dict")))?;
-        format!("{key}={value}").parse::<Change>().map_err(PalpateError::new_err)
+        format!("{key}={value}").parse::<Change>().map_err(|error| raised(&error))
     };
     set.iter().map(change).collect()
 }
@@ -96,7 +96,7 @@ pub fn press_many<'py>(py: Python<'py>, scene: &str, sets: &Bound<'py, PyAny>) -
     let sets = sets.iter().map(changes).collect::<PyResult<Vec<_>>>()?;
     let found: Vec<Result<Pressed, Error>> = py.detach(|| sets.into_par_iter().map(|set| pressed(scene, &set)).collect());
     let found = found.into_iter().enumerate().map(|(n, found)| {
-        let found = found.map_err(|error| PalpateError::new_err(format!("sets[{n}]: {error}")))?;
+        let found = found.map_err(|error| raised(&format!("sets[{n}]: {error}")))?;
         dict(py, &found)
     });
     found.collect()

@@ -68,7 +68,7 @@ impl Session {
 
     /// Runs one tick: takes the position of the probe's tip [m] and returns the force on the device
     /// [N]. Call it every millisecond. The force is zero while a fault is latched: see `fault`.
-    /// `orientation` turns the probe first, as `turn` does.
+    /// `orientation` turns the probe first, as `turn` does; one that is none raises, without a tick.
     #[pyo3(signature = (tip_m, *, orientation=None, late_ticks=0, stale=false, sensor_failed=false, operator_absent=false))]
     fn tick<'py>(
         &self,
@@ -87,9 +87,7 @@ impl Session {
         };
         let tip_m = Vector3::new(tip[[0]], tip[[1]], tip[[2]]).cast();
         let mut session = self.inner()?;
-        orientation
-            .map_or(Ok(()), |orientation| session.turn(orientation))
-            .map_err(|error| PalpateError::new_err(error.to_string()))?;
+        orientation.map_or(Ok(()), |orientation| session.turn(orientation)).map_err(|error| raised(&error))?;
         session.tick(&Input { tip_m, stale, sensor_failed, operator_absent, late_ticks });
         Ok(array(py, &session.drive_n()))
     }
@@ -120,7 +118,7 @@ impl Session {
         };
         let reading = Vector3::new(values[[0]], values[[1]], values[[2]]).cast();
         let step = self.inner()?.commission(reading, distance_m as f32, confirmed);
-        let step = step.map_err(|error| PalpateError::new_err(error.to_string()))?;
+        let step = step.map_err(|error| raised(&error))?;
         let stage = match step.stage {
             Stage::Start(_) => "start",
             Stage::Move(_) => "move",
@@ -135,7 +133,7 @@ impl Session {
     /// Instruction to the user in the present step of a commissioning.
     #[pyo3(signature = (*, distance_m=0.05))]
     fn commission_text(&self, distance_m: f64) -> PyResult<String> {
-        self.inner()?.commission_sentence(distance_m as f32).map_err(|error| PalpateError::new_err(error.to_string()))
+        self.inner()?.commission_sentence(distance_m as f32).map_err(|error| raised(&error))
     }
 
     /// Writes the profile that the last commissioning completed to a file.
@@ -194,7 +192,7 @@ impl Session {
     /// Requests force output. It begins once the probe has been outside the tissue and calm for a
     /// tenth of a second, and is then ramped up over half a second in free space.
     fn arm(&self) -> PyResult<()> {
-        self.inner()?.arm().map_err(|error| PalpateError::new_err(error.to_string()))
+        self.inner()?.arm().map_err(|error| raised(&error))
     }
 
     /// Ramps the force down to zero, and disarms.
@@ -206,24 +204,24 @@ impl Session {
     /// Requests that the next tick clear the fault. The tick refuses the request until readings
     /// have been good for a tenth of a second.
     fn clear(&self) -> PyResult<()> {
-        self.inner()?.clear().map_err(|error| PalpateError::new_err(error.to_string()))
+        self.inner()?.clear().map_err(|error| raised(&error))
     }
 
     /// Restarts the session: tissue at rest, no force, no fault, not armed.
     fn reset(&self) -> PyResult<()> {
-        self.inner()?.reset().map_err(|error| PalpateError::new_err(error.to_string()))
+        self.inner()?.reset().map_err(|error| raised(&error))
     }
 
     /// Turns the probe about its tip from the next tick on, to a rotation from its upright pose: a
     /// unit quaternion x, y, z, w in the scene's frame, by at most 45 degrees. It replaces the
     /// scene's tilt until the next call. Damping and friction act on the tip's displacement alone.
     fn turn(&self, orientation: [f32; 4]) -> PyResult<()> {
-        self.inner()?.turn(orientation).map_err(|error| PalpateError::new_err(error.to_string()))
+        self.inner()?.turn(orientation).map_err(|error| raised(&error))
     }
 
     /// Lowers the maximum force [N] for the rest of the session.
     fn lower_force(&self, max_force_n: f64) -> PyResult<()> {
-        self.inner()?.lower_force(max_force_n as f32).map_err(|error| PalpateError::new_err(error.to_string()))
+        self.inner()?.lower_force(max_force_n as f32).map_err(|error| raised(&error))
     }
 
     /// Operating mode: "boot", "self-test", "idle", "arming", "active", "degraded", "ramping
@@ -272,7 +270,7 @@ impl Session {
 
     #[setter]
     fn set_youngs_modulus_pa(&self, value: f64) -> PyResult<()> {
-        self.inner()?.set_modulus(value as f32).map_err(|error| PalpateError::new_err(error.to_string()))
+        self.inner()?.set_modulus(value as f32).map_err(|error| raised(&error))
     }
 
     /// Site of the press on the surface at rest [m]; add it to positions relative to your device's
@@ -347,7 +345,7 @@ pub fn session_many<'py>(
     let row = |n: usize, m: usize| Vector3::new(tips[[n, m, 0]], tips[[n, m, 1]], tips[[n, m, 2]]).cast();
     let tips: Vec<Vec<Vector3<f32>>> = (0..sessions).map(|n| (0..count).map(|m| row(n, m)).collect()).collect();
     let mut first = py.detach(|| open(scene, patch.map(Path::new), device)).map_err(|error| raised(&error))?;
-    first.arm().map_err(|error| PalpateError::new_err(error.to_string()))?;
+    first.arm().map_err(|error| raised(&error))?;
     let found = py.detach(|| tips.par_iter().flat_map_iter(|tips| ticks(&mut first.clone(), tips)).collect::<Vec<Row>>());
     trace(py, &found, &[sessions, count])
 }

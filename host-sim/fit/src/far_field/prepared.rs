@@ -11,8 +11,6 @@ use palpate_tissue::tissue::Placed;
 
 /// Smallest and largest allowed radius of a patch [probe radii].
 const RADII: [f64; 2] = [1.25, 4.0];
-/// Edge length of the elements on whose mesh the whole is solved [probe radii].
-const SOLVED_RADII: f64 = 0.56;
 /// Maximum number of nodes within the fine radius.
 const MOST_FINE_NODES: f64 = 1000.0;
 
@@ -82,17 +80,6 @@ impl Prepared {
         let far = FarField::of(&placed.tissue, &recipe.sizes, &material, &params)
             .map_err(|cause| Error::Usage(format!("{}: {cause}", scene.file)))?;
         Ok(Self { placed, far, material, params })
-    }
-
-    /// Prepares the patch of the first of some radii [probe radii] for which the tissue has room,
-    /// with elements for solving the whole.
-    ///
-    /// # Errors
-    /// Errors of [`Prepared::of`] for the last radius.
-    pub fn with_room(scene: &Scene, radii: [f64; 2]) -> Result<Self, Error> {
-        let probe_m = scene.probe.radius_m;
-        let [wide, narrow] = radii.map(|radii| Recipe::new(radii * probe_m, SOLVED_RADII * probe_m, probe_m));
-        Self::of(scene, &wide).or_else(|_| Self::of(scene, &narrow))
     }
 
     /// The uncalibrated patch with its rim springs.

@@ -318,6 +318,14 @@ impl<'a> Problem<'a> {
         self.least(&p, fit.terms, None).unwrap_or(fit)
     }
 
+    /// Fit from another one without its stiffening, with as many terms.
+    #[must_use]
+    pub fn without_stiffening(&self, fit: &Fitted) -> Option<Fitted> {
+        let mut start = fit.p.clone();
+        start[1] = 0.0;
+        self.least(&start, fit.terms, None).map(|fit| self.sorted(fit))
+    }
+
     /// Fits all numbers of terms and returns the one that the criterion chooses.
     #[must_use]
     pub fn solve(&mut self) -> Option<Fitted> {

@@ -90,7 +90,7 @@ impl Slide {
             speed_m_per_s: travel_m / time_s.max(1e-9),
             friction,
             interval: [(friction - half).max(0.0), friction + half],
-            pulsing: rough.sqrt() / friction,
+            pulsing: if friction > 0.0 { rough.sqrt() / friction } else { 0.0 },
         }))
     }
 }

@@ -1,9 +1,9 @@
 //! Identification from records to report: elastic curves, fit, intervals, the limits of the data
 //! with the measurement that would remove them, and the judgement of rows that were not fitted.
 
-use super::elastic::{Elastic, Setup};
+use super::elastic::{Curve, Elastic, Setup};
 use super::fit::{CHI_90, Estimate, Fitted, Problem, Quantity, Settings};
-use super::model::{Tissue, any_n};
+use super::model::{Tissue, any_n, growing_n};
 use super::record::Record;
 use super::slide::Slide;
 
@@ -24,6 +24,8 @@ const MISFIT_NOISES: f64 = 6.0;
 const MISFIT_PARTS: usize = 40;
 /// Rms error over the peak [%] above which the rows are no test of a tissue.
 const MOST_RMS_PCT: f64 = 8.0;
+/// Number of times that the range of a left-out test's contact is narrowed by a third.
+const NARROWINGS: usize = 24;
 /// Information from which the exponent is believed.
 const LEAST_GAIN: f64 = 2.0;
 /// Depth over the deepest possible from which pressing deeper is no remedy (1).
@@ -176,19 +178,19 @@ pub fn identify(plan: &Plan, records: &[Record]) -> Result<Identified, String> {
         fitted.clone(),
         Settings { stiffens: false, delay: fit.delay_s() != 0.0, ..Settings::default() },
     );
-    let mut plain = plain_problem.solve().ok_or_else(unsolved)?;
+    let plain = plain_problem.solve().ok_or_else(unsolved)?;
     let mut wanted = vec![Quantity::Modulus, Quantity::Relaxed, Quantity::Exponent];
     wanted.extend((0..fit.terms()).flat_map(|k| [Quantity::Share(k), Quantity::Time(k)]));
     let mut estimates: Vec<Estimate> = wanted.iter().map(|of| problem.estimate(&fit, *of)).collect();
     // behind a term that is faster than the rows see, the instantaneous modulus has no upper end
     let unseen = |e: &Estimate| matches!(e.of, Quantity::Time(_)) && e.open && e.interval[1] < press_s(&records[..kept]);
     estimates[0].open |= estimates.iter().any(unseen);
-    // a test that was left out keeps its own contact
+    let curve = elastic.at(tissue.stiffening_b);
     let mut tests = Vec::new();
     for (n, record) in records.iter().enumerate() {
-        let contact_m = if n < kept { fit.contact_m(n) } else { record.contact_m };
+        let contact_m = if n < kept { fit.contact_m(n) } else { contact_m(record, &tissue, &curve, fit.delay_s()) };
         let depth_m = record.delayed_m(fit.delay_s(), contact_m);
-        let mut model_n = any_n(&tissue, &elastic.at(tissue.stiffening_b), &record.time_s, &depth_m);
+        let mut model_n = any_n(&tissue, &curve, &record.time_s, &depth_m);
         let zero_n = if n < kept { problem.zero_n(&fit, n) } else { 0.0 };
         model_n.iter_mut().for_each(|force_n| *force_n += zero_n);
         tests.push(judge(record, model_n, contact_m, fitted.get(n).copied().unwrap_or(0)));
@@ -204,20 +206,24 @@ pub fn identify(plan: &Plan, records: &[Record]) -> Result<Identified, String> {
         };
         ((0..kept).map(of).sum::<f64>() / kept as f64).sqrt()
     };
-    let (rms_pct, mut plain_pct) = (error(&problem, &fit), error(&plain_problem, &plain));
-    // both models are compared with the same noise and the same number of independent points
-    let more = 1.0 + 2.0 * (fit.terms() as f64 - plain.terms() as f64);
-    let exponent_gain = fitted.iter().sum::<usize>() as f64 / fit.inflation * 2.0 * (plain_pct / rms_pct).ln() - 2.0 * more;
+    // all models are compared with the same noise and the same number of independent points
+    let independent = fitted.iter().sum::<usize>() as f64 / fit.inflation;
+    let criterion = |rms_pct: f64, terms: usize| 2.0 * independent * rms_pct.ln() + 4.0 * terms as f64;
+    let rms_pct = error(&problem, &fit);
+    // to seem as soft at first, tissue without stiffening would begin below its surface
+    let mut at_surface = records[..kept].to_vec();
+    at_surface.iter_mut().enumerate().for_each(|(n, record)| record.contact_m = fit.contact_m(n));
+    let settings = Settings { stiffens: false, contact: false, delay: fit.delay_s() != 0.0, ..Settings::default() };
+    let mut held_problem = Problem::new(&elastic, &at_surface, fitted.clone(), settings);
+    let held = held_problem.solve().ok_or_else(unsolved)?;
+    let held = (held.tissue(), error(&held_problem, &held));
+    let free = [Some(plain), plain_problem.without_stiffening(&fit)].into_iter().flatten();
+    let best = free.map(|plain| (plain.tissue(), error(&plain_problem, &plain))).chain([held.clone()]);
+    let of = |(tissue, rms_pct): &(Tissue, f64)| criterion(*rms_pct, tissue.terms.len());
+    let best = best.min_by(|a, b| of(a).total_cmp(&of(b))).ok_or_else(unsolved)?;
+    let exponent_gain = of(&best) - criterion(rms_pct, fit.terms()) - 2.0;
     let stiffens = exponent_gain > LEAST_GAIN && tissue.stiffening_b > 0.0;
-    if stiffens {
-        // to seem as soft at first, tissue without stiffening would begin below its surface
-        let mut at_surface = records[..kept].to_vec();
-        at_surface.iter_mut().enumerate().for_each(|(n, record)| record.contact_m = fit.contact_m(n));
-        let settings = Settings { stiffens: false, contact: false, delay: fit.delay_s() != 0.0, ..Settings::default() };
-        let mut problem = Problem::new(&elastic, &at_surface, fitted.clone(), settings);
-        plain = problem.solve().ok_or_else(unsolved)?;
-        plain_pct = error(&problem, &plain);
-    }
+    let plain = if stiffens { held } else { best };
     if rms_pct > MOST_RMS_PCT {
         return Err(format!(
             "{}: the best model is {rms_pct:.0} % rms of the peak off, so this is no press of a ball into a slab, or depth and force are swapped; check columns, units and --tip",
@@ -237,7 +243,7 @@ pub fn identify(plan: &Plan, records: &[Record]) -> Result<Identified, String> {
         inflation: fit.inflation,
         delay_s: fit.delay_s(),
         rms_pct,
-        plain: (plain.tissue(), plain_pct),
+        plain,
         exponent_gain,
         stiffens,
         criteria: fit.criteria.clone(),
@@ -248,6 +254,24 @@ pub fn identify(plan: &Plan, records: &[Record]) -> Result<Identified, String> {
         slides: Vec::new(),
         tests,
     })
+}
+
+/// First contact of a test that was left out [m], at which a tissue gives its press best: that is no
+/// constant of the tissue.
+fn contact_m(record: &Record, tissue: &Tissue, curve: &Curve, delay_s: f64) -> f64 {
+    let rows = record.segments.press.clone();
+    let off = |contact_m: f64| -> f64 {
+        let depth_m = record.delayed_m(delay_s, contact_m);
+        let mut model_n = Vec::new();
+        growing_n(tissue, curve, &record.time_s[rows.clone()], &depth_m[rows.clone()], &mut model_n);
+        model_n.iter().zip(&record.force_n).map(|(model, measured)| (model - measured).powi(2)).sum()
+    };
+    let [mut low, mut high] = record.contact_range_m;
+    for _ in 0..NARROWINGS {
+        let [a, b] = [2.0, 1.0].map(|share| (share * low + (3.0 - share) * high) / 3.0);
+        if off(a) < off(b) { high = b } else { low = a }
+    }
+    0.5 * (low + high)
 }
 
 /// Identifies a tissue together with its thickness, of which only a range [m] is known.

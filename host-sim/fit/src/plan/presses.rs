@@ -1,6 +1,6 @@
 //! Presses the whole of a scene for the search, and refuses a tolerance that they cannot resolve.
 
-use crate::far_field::prepared::Prepared;
+use crate::far_field::prepared::{Prepared, Recipe};
 use crate::scene_fit::{Level, PiecePresses};
 use crate::solved::Solved;
 use palpate_tissue::error::Error;
@@ -8,9 +8,9 @@ use palpate_tissue::scene::Scene;
 
 /// Accuracy of the forces of the reference itself [%].
 const KNOWN_PCT: f64 = 0.3;
-/// Radii of the patches on whose mesh the whole organ is solved [probe radii]: the first, or the
-/// second if the organ is too small for the first.
-const SOLVED: [f64; 2] = [2.0, 1.5];
+/// Radius and edge length of the patches on whose mesh the whole organ is solved [probe radii]: the
+/// first, or the second if the organ is too small for the first.
+const SOLVED: [[f64; 2]; 2] = [[2.0, 0.56], [1.5, 0.56]];
 
 /// Returns the whole of a scene, and its presses for the fits and the evaluation of all candidates.
 /// Those of an organ take minutes, unless they are in `solved`. Calls `progress` with messages.
@@ -26,7 +26,10 @@ pub fn presses(
 ) -> Result<(Prepared, PiecePresses), Error> {
     refuse_unknowable(tolerance_pct, KNOWN_PCT)?;
     progress("meshing the whole");
-    let prepared = Prepared::with_room(scene, SOLVED)?;
+    let probe_m = scene.probe.radius_m;
+    let [most, least] = SOLVED.map(|[radius, element]| Recipe::new(radius * probe_m, element * probe_m, probe_m));
+    // if both patches are refused, the error is that of the smaller one
+    let prepared = Prepared::of(scene, &most).or_else(|_| Prepared::of(scene, &least))?;
     let presses = PiecePresses::of(scene, &prepared.placed, (level, true), solved, |done, all| {
         progress(&format!("finite elements of the whole: {done} of {all} presses"));
     })?;

@@ -1,7 +1,7 @@
 //! `palpate fit --law`: the force of a site over place, depth and speed, without nodes.
 
 use palpate_fit::calibrate::targets::Reference;
-use palpate_fit::far_field::prepared::Prepared;
+use palpate_fit::far_field::prepared::{Prepared, Recipe};
 use palpate_fit::force_map::BlockForces;
 use palpate_fit::law_fit::motions::{self, MotionError};
 use palpate_fit::law_fit::{LawPresses, STORED_RADII, block_shape, fit, stored};
@@ -14,6 +14,7 @@ use palpate_tissue::fit_record::{FitRecord, Moving};
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::scene::Scene;
 use palpate_tissue::session::Session;
+use palpate_tissue::tissue::{Placed, Tissue, place};
 use serde::Serialize;
 
 use super::super::progress::{Progress, told};
@@ -22,10 +23,33 @@ use super::{Fitted, Written};
 use crate::command::options::fit::{FitArgs, FitOptions};
 use crate::error::Error;
 
-/// Radius of a piece in thin tissue [probe radii].
-const THIN_RADII: f64 = 1.5;
+/// Edge length of the elements of a piece's rest shape [probe radii].
+const ELEMENT_RADII: f64 = 0.56;
 /// Radius of the disc of places of a piece [probe radii], as far as its presses are solved.
 const PIECE_REACH_RADII: f64 = 1.15;
+
+/// Tissue that a law is fitted to.
+pub(super) struct Whole {
+    placed: Placed,
+    /// The piece that is the law's rest shape; none for a block, which may be thinner than a piece.
+    piece: Option<Tissue>,
+}
+
+impl Whole {
+    fn of(scene: &Scene) -> Result<Self, TissueError> {
+        if scene.tissue.block_m.is_some() {
+            return Ok(Self { placed: place(scene, &[])?, piece: None });
+        }
+        let radius_m = scene.probe.radius_m;
+        let recipe = Recipe::new(PIECE_RADII * radius_m, ELEMENT_RADII * radius_m, radius_m);
+        Ok(Self::prepared(scene, Prepared::of(scene, &recipe)?))
+    }
+
+    pub(super) fn prepared(scene: &Scene, prepared: Prepared) -> Self {
+        let piece = scene.tissue.block_m.is_none().then_some(prepared.far.cut.patch);
+        Self { placed: prepared.placed, piece }
+    }
+}
 
 /// A fitted law and its errors.
 pub(super) struct LawFit {
@@ -57,15 +81,13 @@ impl LawFit {
     pub(super) fn of_piece(
         scene: &Scene,
         machine: &CostModel,
-        prepared: &Prepared,
+        whole: &Whole,
         presses: &PiecePresses,
     ) -> Result<Self, TissueError> {
         let deepest_m = presses.fitted_m.last().copied().unwrap_or_default();
-        let placed = &prepared.placed;
-        let rest = match scene.tissue.block_m {
-            Some(size_m) => block_shape(size_m, placed.tissue.site_m, deepest_m),
-            None => prepared.far.cut.patch.clone(),
-        };
+        let placed = &whole.placed;
+        let block = || block_shape(scene.tissue.block_m.unwrap_or_default(), placed.tissue.site_m, deepest_m);
+        let rest = whole.piece.clone().unwrap_or_else(block);
         let known = presses.known.reference();
         let depths_m = [presses.fitted_m.first().copied().unwrap_or_default(), deepest_m];
         let law = LawPresses { known, depths_m, reach_radii: PIECE_REACH_RADII };
@@ -159,16 +181,16 @@ impl FitArgs {
         let fitted = match LawFit::of_stored(scene, machine)? {
             Some(fitted) => fitted,
             None => {
-                let prepared = told("meshing the whole", || Prepared::with_room(scene, [PIECE_RADII, THIN_RADII]))?;
+                let whole = told("meshing the whole", || Whole::of(scene))?;
                 let kept = Solved::beside(&path);
                 let level = if self.options.quick { Level::Quick } else { Level::Full };
                 let steps = Progress::new(0, "finite elements");
-                let presses = PiecePresses::of(scene, &prepared.placed, (level, machine.is_board()), &kept, |done, all| {
+                let presses = PiecePresses::of(scene, &whole.placed, (level, machine.is_board()), &kept, |done, all| {
                     steps.show(done, all, "presses of the whole");
                 })?;
                 steps.finish();
                 kept.said().iter().for_each(|line| println!("{line}"));
-                LawFit::of_piece(scene, machine, &prepared, &presses)?
+                LawFit::of_piece(scene, machine, &whole, &presses)?
             }
         };
         let written = fitted.write(folder, scene, &self.options, format!("{}-law.patch", scene.name))?;

@@ -2,7 +2,6 @@
 
 use std::cell::Cell;
 
-use palpate_fit::far_field::prepared::Prepared;
 use palpate_fit::plan::{Bench, Supply, presses, search};
 use palpate_fit::scene_fit::{Level, PiecePresses};
 use palpate_fit::solved::Solved;
@@ -12,7 +11,7 @@ use palpate_tissue::session::Session;
 
 use super::super::progress::Progress;
 use super::board::accepted;
-use super::law::LawFit;
+use super::law::{LawFit, Whole};
 use super::{Fitted, search_report};
 use crate::command::options::fit::FitArgs;
 use crate::error::Error;
@@ -34,11 +33,12 @@ impl FitArgs {
         let level = if quick { Level::Quick } else { Level::Full };
         let kept = Solved::beside(&self.common.folder("fit"));
         let (prepared, presses) = presses(scene, tolerance_pct, level, &kept, |what| status.say(what))?;
+        let whole = Whole::prepared(scene, prepared);
         let mut folder = self.common.open("fit", scene)?;
         // removes the patch of an earlier search, which could be mistaken for that of this one
         folder.drop_earlier(&format!("{}-{}.patch", scene.name, machine.name));
         status.say("fitting a law");
-        let law = for_law.map_err(|why| why.to_string()).and_then(|()| law(scene, machine, (&prepared, &presses), tolerance_pct));
+        let law = for_law.map_err(|why| why.to_string()).and_then(|()| law(scene, machine, (&whole, &presses), tolerance_pct));
         match law {
             Ok((fitted, reason)) => {
                 status.finish();
@@ -69,10 +69,10 @@ impl FitArgs {
 fn law(
     scene: &Scene,
     machine: &CostModel,
-    (prepared, presses): (&Prepared, &PiecePresses),
+    (whole, presses): (&Whole, &PiecePresses),
     tolerance_pct: f64,
 ) -> Result<(LawFit, String), String> {
-    let mut fitted = LawFit::of_piece(scene, machine, prepared, presses).map_err(|why| why.to_string())?;
+    let mut fitted = LawFit::of_piece(scene, machine, whole, presses).map_err(|why| why.to_string())?;
     let reason = fitted.reason(scene, tolerance_pct)?;
     // a board that refuses the law gets a patch
     fitted.session = accepted(&fitted.session, scene, machine).ok_or_else(|| format!("{} refuses a law", machine.name))?;

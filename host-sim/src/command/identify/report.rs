@@ -9,6 +9,9 @@ use serde::Serialize;
 use super::patch::{BOARD, Beside};
 use crate::command::options::identify::IdentifyArgs;
 
+/// Number of sentences on what the data cannot say that are printed, within the first ten lines.
+const SHOWN: usize = 6;
+
 /// Name, unit and factor of a quantity for people, and its key.
 fn words(of: Quantity) -> (String, &'static str, f64, String) {
     match of {
@@ -37,7 +40,10 @@ pub(super) fn headline(found: &Identified) -> String {
 
 pub(super) fn print(args: &IdentifyArgs, found: &Identified, records: &[Record], notes: &[String]) {
     println!("not known from these data:");
-    found.unsaid.iter().take(6).for_each(|line| println!("  - {line}"));
+    found.unsaid.iter().take(SHOWN).for_each(|line| println!("  - {line}"));
+    if found.unsaid.len() > SHOWN {
+        println!("  - and what {} more sentences of summary.json say", found.unsaid.len() - SHOWN);
+    }
     println!("\n{:26} {:>10}   90 % interval", "", "value");
     for e in &found.estimates {
         let (name, unit, per, _) = words(e.of);

@@ -92,7 +92,7 @@ fn text(args: &IdentifyArgs, found: &Identified, records: &[Record], tissue: &Ti
          holds_m = [{}]\nramp_m_per_s = {}\nhold_s = {}\n",
         digits(args.tip),
         digits(deepest_m),
-        digits(speed.clamp(1e-4, 1.0)),
+        digits(speed.clamp(1e-5, 1.0)),
         digits(hold_s)
     );
     text

@@ -163,6 +163,9 @@ fn expectation(expected: Option<&Expected>) -> String {
 fn beside(scene: &Scene, record: &FitRecord, shipped: bool) -> Vec<String> {
     let (mut beside, nodes) = (Vec::new(), record.nodes);
     let b = scene.tissue.most_stiffening_b();
+    if b == 0.0 && record.tissue.stiffening_b > 0.0 {
+        beside.push(format!("the law stiffens by itself (b = {})", record.tissue.stiffening_b));
+    }
     if b > record.tissue.stiffening_b {
         let measured = STIFFENED.iter().find(|(of, to_b, _)| shipped && *of == nodes && b <= *to_b);
         beside.push(match measured {
