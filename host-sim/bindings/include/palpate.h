@@ -251,10 +251,10 @@ enum palpate_code palpate_tick_with(palpate_session session,
 // Runs one tick of a commissioning in place of `palpate_tick`: it measures order, sign, unit,
 // friction, mass, delay and lag of the device, with 0.5 N at most. `reading` are the values of the
 // three sensors, in any unit, as you add them to the site for `palpate_tick`; `distance_m` is the
-// distance by which the user moves the handle along each axis, such as 0.05. Pass 1 for `confirmed` in the one tick in which the user says
-// that the present step is done, otherwise 0; `palpate_commission_text` says what the step is.
-// `force_n` receives the forces for the three motors [N], to be sent at once, and `stage` one of
-// `palpate_stage`.
+// distance by which the user moves the handle along each axis, such as 0.05. Pass 1 for
+// `confirmed` in the one tick in which the user says that the present step is done, otherwise 0;
+// `palpate_commission_text` says what the step is. `force_n` receives the forces for the three
+// motors [N], to be sent at once, and `stage` one of `palpate_stage`.
 //
 // The session's profile changes only at `PALPATE_STAGE_DONE`; `palpate_write_profile` then stores
 // it. If the measurement ends early, `PALPATE_CODE_NOT_COMMISSIONED` is returned once,
@@ -365,13 +365,13 @@ enum palpate_code palpate_set_modulus(palpate_session session, double youngs_mod
 // Turns the probe about its tip from the next tick on: `orientation` is its rotation from the
 // upright pose, a unit quaternion x, y, z, w in the scene's frame, by at most 45 degrees. It
 // replaces the scene's tilt until the next call; a device that measures it calls this before each
-// tick. The probe turns no faster than its farthest point may sink into the tissue. Positions are then those of the point of the turned probe that is lowest when it is
-// upright. Damping and friction act on the displacement of that point alone, not on the rotation.
+// tick. The probe turns no faster than its farthest point may sink into the tissue. Positions are
+// then those of the point of the turned probe that is lowest when it is upright. Damping and
+// friction act on the displacement of that point alone, not on the rotation.
 //
 // # Safety
 // `orientation` points to four doubles.
-enum palpate_code palpate_turn(palpate_session session,
-                               const double *orientation);
+enum palpate_code palpate_turn(palpate_session session, const double *orientation);
 
 // Lowers the maximum force [N] until the session is closed; no limit can be raised or switched
 // off.

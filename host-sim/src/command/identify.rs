@@ -23,8 +23,8 @@ use super::verdict::Verdict;
 use crate::error::Error;
 use crate::provenance;
 
-/// Tolerance of a fit [%]: as near as a modulus has to be known to be told. The finite elements of a
-/// thin slab are themselves known to 2 to 4 % only.
+/// Tolerance of a fit [%]: as near as a modulus has to be known to be told. The finite elements of
+/// a thin slab are themselves known to 2 to 4 % only.
 const TOLERANCE_PCT: f64 = 5.0;
 /// Largest radius of a piece over the thickness of the tissue (1).
 const MOST_PIECE: f64 = 0.6;

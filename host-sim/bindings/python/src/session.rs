@@ -68,7 +68,7 @@ impl Session {
 
     /// Runs one tick: takes the position of the probe's tip [m] and returns the force on the device
     /// [N]. Call it every millisecond. The force is zero while a fault is latched: see `fault`.
-    /// `orientation` turns the probe first, as `turn` does; one that is none raises, without a tick.
+    /// `orientation` turns the probe first, as `turn` does; a bad one raises, without a tick.
     #[pyo3(signature = (tip_m, *, orientation=None, late_ticks=0, stale=false, sensor_failed=false, operator_absent=false))]
     fn tick<'py>(
         &self,

@@ -256,22 +256,28 @@ pub fn identify(plan: &Plan, records: &[Record]) -> Result<Identified, String> {
     })
 }
 
-/// First contact of a test that was left out [m], at which a tissue gives its press best: that is no
-/// constant of the tissue.
+/// First contact of a test that was left out [m], at which a tissue gives its press best: that is
+/// no constant of the tissue.
 fn contact_m(record: &Record, tissue: &Tissue, curve: &Curve, delay_s: f64) -> f64 {
-    let rows = record.segments.press.clone();
-    let off = |contact_m: f64| -> f64 {
-        let depth_m = record.delayed_m(delay_s, contact_m);
-        let mut model_n = Vec::new();
-        growing_n(tissue, curve, &record.time_s[rows.clone()], &depth_m[rows.clone()], &mut model_n);
-        model_n.iter().zip(&record.force_n).map(|(model, measured)| (model - measured).powi(2)).sum()
-    };
-    let [mut low, mut high] = record.contact_range_m;
-    for _ in 0..NARROWINGS {
-        let [a, b] = [2.0, 1.0].map(|share| (share * low + (3.0 - share) * high) / 3.0);
-        if off(a) < off(b) { high = b } else { low = a }
+    let (mut record, rows) = (record.clone(), record.segments.press.clone());
+    for _ in 0..MOST_TRIES {
+        let off = |contact_m: f64| -> f64 {
+            let (depth_m, mut model_n) = (record.delayed_m(delay_s, contact_m), Vec::new());
+            growing_n(tissue, curve, &record.time_s[rows.clone()], &depth_m[rows.clone()], &mut model_n);
+            model_n.iter().zip(&record.force_n).map(|(model, measured)| (model - measured).powi(2)).sum()
+        };
+        let [mut low, mut high] = record.contact_range_m;
+        for _ in 0..NARROWINGS {
+            let [a, b] = [2.0, 1.0].map(|share| (share * low + (3.0 - share) * high) / 3.0);
+            if off(a) < off(b) { high = b } else { low = a }
+        }
+        // as in the fit, contact that is found at the edge of its range is somewhere else
+        record.contact_m = 0.5 * (low + high);
+        if !record.move_contact(record.contact_m) {
+            break;
+        }
     }
-    0.5 * (low + high)
+    record.contact_m
 }
 
 /// Identifies a tissue together with its thickness, of which only a range [m] is known.
