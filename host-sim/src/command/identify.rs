@@ -28,6 +28,10 @@ use crate::provenance;
 const TOLERANCE_PCT: f64 = 5.0;
 /// Largest radius of a piece over the thickness of the tissue (1).
 const MOST_PIECE: f64 = 0.6;
+/// Smallest radius of a piece over that of the ball (1).
+const LEAST_PIECE: f64 = 1.25;
+/// Change of a scene with friction for a law.
+const NO_FRICTION: &str = "probe.friction=0";
 
 /// All tests of a file or of the files of a folder.
 #[derive(Default)]
@@ -111,17 +115,20 @@ impl IdentifyArgs {
         let mut options = vec!["--board".to_owned(), patch::BOARD.to_owned()];
         options.extend(["--tolerance-pct".to_owned(), format!("{TOLERANCE_PCT}")]);
         let most_m = MOST_PIECE * found.block_m[2];
-        if Self::takes_a_law(found) {
+        if self.takes_a_law(found) {
             options.push("--law".into());
+            if found.friction().is_some() {
+                options.extend(["--set", NO_FRICTION].map(String::from));
+            }
         } else if PIECE_RADII * self.tip > most_m {
             options.extend(["--radius".into(), format!("{:.2}mm", most_m * 1e3)]);
         }
         options
     }
 
-    /// A law contains the stiffening, but has no friction.
-    fn takes_a_law(found: &Identified) -> bool {
-        found.friction().is_none()
+    /// A law contains the stiffening, but has no friction; a thin slab has no room for a piece.
+    fn takes_a_law(&self, found: &Identified) -> bool {
+        found.friction().is_none() || LEAST_PIECE * self.tip > MOST_PIECE * found.block_m[2]
     }
 
     pub(super) fn run(&self) -> Result<(), Error> {
@@ -145,15 +152,18 @@ impl IdentifyArgs {
         report::print(self, &found, &records, &notes);
         println!("\nwrote {}: summary.json, identified.toml, fit.csv, identified.svg and .png", out.display());
         let options = self.fit_options(&found);
+        if options.iter().any(|option| option == NO_FRICTION) {
+            println!("note: a slab this thin has no room for a patch, and a law leaves the friction out");
+        }
         if !self.fit {
             println!(
                 "next: palpate fit --scene {} {}",
-                out.join(scene::name(&found, Self::takes_a_law(&found))).display(),
+                out.join(scene::name(&found, self.takes_a_law(&found))).display(),
                 options.join(" ")
             );
             return verdict.last();
         }
-        let scene = out.join(scene::name(&found, Self::takes_a_law(&found)));
+        let scene = out.join(scene::name(&found, self.takes_a_law(&found)));
         let (beside, unpromised) = patch::fit_and_judge(&scene, &options, &out.join("board"), &found, &records)?;
         stop::says_what_stays(&folder);
         self.write(&folder, &found, &records, &beside)?;

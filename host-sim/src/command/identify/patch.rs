@@ -55,7 +55,7 @@ pub(super) fn fit_and_judge(
     let path = out.canonicalize().unwrap_or_else(|_| out.into()).join(patch);
     println!("\nthe patch for {BOARD} beside the data, in % rms of the peak:");
     let beside = records.iter().zip(&found.tests).map(|(record, test)| {
-        let beside = beside(&scene, &path, found.delay_s, (record, test))?;
+        let beside = beside(&scene, options, &path, found.delay_s, (record, test))?;
         let [press, hold] = beside.rms_pct.map(|pct| match pct.is_nan() {
             true => "not compared (none, or deeper than the patch)".to_owned(),
             false => format!("{pct:.2}"),
@@ -67,19 +67,27 @@ pub(super) fn fit_and_judge(
 }
 
 /// Presses a patch of a scene as in a test: as deep, as fast, and held as long.
-fn beside(scene: &str, patch: &Path, delay_s: f64, (record, test): (&Record, &Judged)) -> Result<Beside, Error> {
+fn beside(
+    scene: &str,
+    options: &[String],
+    patch: &Path,
+    delay_s: f64,
+    (record, test): (&Record, &Judged),
+) -> Result<Beside, Error> {
     let own = Scene::load_with(scene, &[])?;
     let most_m = match &own.drive {
         Drive::Depth { holds_m, .. } => holds_m.iter().copied().fold(0.0, f64::max),
         _ => test.depth_m,
     };
     let deepest_m = test.depth_m.min(most_m);
-    let changes = [
+    let mut changes = vec![
         format!("solver.patch={}", patch.display()),
         format!("drive.holds_m=[{deepest_m:?}]"),
         format!("drive.ramp_m_per_s={:?}", record.speed_m_per_s().clamp(SPEEDS_M_PER_S[0], SPEEDS_M_PER_S[1])),
         format!("drive.hold_s={:?}", record.hold_s().clamp(HOLDS_S[0], HOLDS_S[1])),
     ];
+    let set = options.iter().position(|option| option == "--set");
+    changes.extend(set.and_then(|at| options.get(at + 1)).cloned());
     let changes = changes.iter().map(|change| change.parse().map_err(TissueError::Usage)).collect::<Result<Vec<Change>, _>>()?;
     let scene = Scene::load_with(scene, &changes)?;
     let session = Session::prepare(&scene)?;
