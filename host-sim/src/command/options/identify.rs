@@ -31,7 +31,8 @@ pub struct IdentifyArgs {
     /// hold. The retreat is never fitted and always predicted.
     #[arg(long, value_name = "COUNT", default_value_t = 0)]
     pub leave_out: usize,
-    /// Go on to a patch for the board m4f-168, and judge it against the data.
+    /// Go on to a law for the board m4f-168, or with friction to a patch, and judge it against the
+    /// data.
     #[arg(long)]
     pub fit: bool,
     /// Output folder, created if missing; a finished run replaces an earlier result in it.
