@@ -12,3 +12,4 @@ pub mod model;
 pub mod record;
 pub mod slide;
 pub mod study;
+mod unsaid;

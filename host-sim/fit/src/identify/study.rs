@@ -6,6 +6,7 @@ use super::fit::{CHI_90, Estimate, Fitted, Problem, Quantity, Settings};
 use super::model::{Tissue, any_n, growing_n};
 use super::record::Record;
 use super::slide::Slide;
+use super::unsaid::{press_s, unsaid};
 
 /// Range of the moduli of tissues and phantoms [Pa].
 const MODULI_PA: [f64; 2] = [100.0, 10e6];
@@ -28,10 +29,6 @@ const MOST_RMS_PCT: f64 = 8.0;
 const NARROWINGS: usize = 24;
 /// Information from which the exponent is believed.
 const LEAST_GAIN: f64 = 2.0;
-/// Depth over the deepest possible from which pressing deeper is no remedy (1).
-const DEEP: f64 = 0.9;
-/// Correlation from which two quantities trade off (1).
-const TRADED: f64 = 0.85;
 
 /// Given data of the test.
 #[derive(Clone, Copy, Debug)]
@@ -135,7 +132,7 @@ fn rms_pct(model_n: &[f64], force_n: &[f64], peak_n: f64) -> f64 {
 
 impl Plan {
     /// Deepest press for which finite elements of the test are certain to have an equilibrium [m].
-    fn most_depth_m(&self) -> f64 {
+    pub(super) fn most_depth_m(&self) -> f64 {
         (0.6 * self.block_m[2]).min(self.ball_m)
     }
 }
@@ -428,74 +425,4 @@ fn refuse_modulus(modulus_pa: f64, records: &[Record]) -> Result<(), String> {
         records[0].name,
         modulus_pa * 1e-3
     ))
-}
-
-/// Duration of the fastest press [s].
-fn press_s(records: &[Record]) -> f64 {
-    records.iter().map(|r| r.span_m() / r.speed_m_per_s()).fold(f64::MAX, f64::min)
-}
-
-fn unsaid(plan: &Plan, records: &[Record], fit: &Fitted, estimates: &[Estimate]) -> Vec<String> {
-    let mut said = Vec::new();
-    let deepest_m = records.iter().map(Record::span_m).fold(0.0, f64::max);
-    let hold_s = records.iter().map(Record::hold_s).fold(0.0, f64::max);
-    let press_s = press_s(records);
-    let contact = |a: Quantity| (0..records.len()).any(|n| fit.correlation(a, Quantity::Contact(n)).abs() > TRADED);
-    for e in estimates.iter().filter(|e| !e.told()) {
-        let [low, high] = e.interval;
-        match e.of {
-            Quantity::Modulus => {
-                let with = match () {
-                    () if contact(e.of) && !records.iter().all(|r| r.starts_before) => "it trades off with first contact: begin in air, and record at a higher rate".into(),
-                    () if fit.correlation(e.of, Quantity::Exponent).abs() > TRADED => "it trades off with the exponent: press deeper, at a higher rate of rows".into(),
-                    () if (0..fit.terms()).any(|k| fit.correlation(e.of, Quantity::Share(k)).abs() > TRADED) => format!("it trades off with the fast relaxation: press faster than in {:.2} s", 0.3 * press_s),
-                    () => "repeat the test, and leave the tests in one folder".to_owned(),
-                };
-                let above = if e.open { " or above" } else { "" };
-                said.push(format!("the modulus lies between {:.2} and {:.2} kPa{above}; {with}", low * 1e-3, high * 1e-3));
-            }
-            Quantity::Exponent => {
-                let most_m = plan.most_depth_m();
-                let remedy = match deepest_m < DEEP * most_m {
-                    true => format!("press deeper than {:.1} mm ({:.1} mm is the limit here) or repeat the test", deepest_m * 1e3, most_m * 1e3),
-                    false => "repeat the test, and leave the tests in one folder".to_owned(),
-                };
-                said.push(format!("the exponent b lies between {low:.2} and {high:.2}{}; {remedy}", if e.open { " or above" } else { "" }));
-            }
-            Quantity::Share(k) => said.push(format!("the share of relaxation term {} lies between {low:.2} and {high:.2}; hold for {:.0} s and press faster", k + 1, (3.0 * hold_s).max(10.0))),
-            Quantity::Time(k) if e.open && high < press_s => said.push(format!(
-                "relaxation term {} is faster than this test sees, or force and depth are not recorded at the same time: compare their clocks, and press faster than in {:.2} s",
-                k + 1,
-                0.3 * press_s
-            )),
-            Quantity::Time(k) if high < press_s => said.push(format!("the time of relaxation term {} lies between {low:.2} and {high:.2} s; press faster than in {:.2} s", k + 1, 0.3 * press_s)),
-            Quantity::Time(k) => said.push(format!("the time of relaxation term {} lies between {low:.2} and {high:.2} s; hold for {:.0} s", k + 1, (3.0 * high).min(10.0 * hold_s.max(1.0)))),
-            _ => {}
-        }
-    }
-    if fit.delay_s() != 0.0 {
-        said.push(format!(
-            "the force comes {:.0} ms {} the depth, as behind a filter or by another clock: this is taken out; record both at the same time",
-            1e3 * fit.delay_s().abs(),
-            if fit.delay_s() > 0.0 { "after" } else { "before" }
-        ));
-    }
-    if hold_s < 1.0 {
-        said.push(format!(
-            "relaxation is not seen in a hold of {hold_s:.1} s, so the modulus is that of this speed; hold for ten seconds"
-        ));
-    } else {
-        said.push(format!(
-            "relaxation slower than {:.0} s or faster than {:.2} s is not seen: the modulus is that of a press of {press_s:.1} s",
-            3.0 * hold_s,
-            press_s / 20.0
-        ));
-    }
-    said.extend(
-        records
-            .iter()
-            .find(|r| !r.starts_before)
-            .map(|r| format!("the zero of the force is taken on trust, as {}", r.why_no_air())),
-    );
-    said
 }
