@@ -230,7 +230,7 @@ pub fn identify(plan: &Plan, records: &[Record]) -> Result<Identified, String> {
     let judged = records.iter().zip(&tests).take(kept);
     let worst = judged.filter_map(|(record, test)| misfit(record, test)).max_by(|a, b| a.0.total_cmp(&b.0));
     let misfits = worst.is_some();
-    let mut unsaid = unsaid(plan, &records[..kept], &fit, &estimates);
+    let mut unsaid = unsaid(plan.most_depth_m(), &records[..kept], &fit, &estimates);
     unsaid.splice(0..0, worst.map(|(_, sentence)| sentence));
     Ok(Identified {
         misfits,

@@ -2,7 +2,6 @@
 
 use super::fit::{Estimate, Fitted, Quantity};
 use super::record::Record;
-use super::study::Plan;
 
 /// Depth over the deepest possible from which pressing deeper is no remedy (1).
 const DEEP: f64 = 0.9;
@@ -14,8 +13,9 @@ pub fn press_s(records: &[Record]) -> f64 {
     records.iter().map(|r| r.span_m() / r.speed_m_per_s()).fold(f64::MAX, f64::min)
 }
 
-/// Sentences on a fit, with those on values that it does not tell first.
-pub fn unsaid(plan: &Plan, records: &[Record], fit: &Fitted, estimates: &[Estimate]) -> Vec<String> {
+/// Sentences on a fit, with those on values that it does not tell first. `most_m` is the deepest
+/// press [m] that the model of the test holds for.
+pub fn unsaid(most_m: f64, records: &[Record], fit: &Fitted, estimates: &[Estimate]) -> Vec<String> {
     let mut said = Vec::new();
     let deepest_m = records.iter().map(Record::span_m).fold(0.0, f64::max);
     let hold_s = records.iter().map(Record::hold_s).fold(0.0, f64::max);
@@ -35,7 +35,6 @@ pub fn unsaid(plan: &Plan, records: &[Record], fit: &Fitted, estimates: &[Estima
                 said.push(format!("the modulus lies between {:.2} and {:.2} kPa{above}; {with}", low * 1e-3, high * 1e-3));
             }
             Quantity::Exponent => {
-                let most_m = plan.most_depth_m();
                 let remedy = match deepest_m < DEEP * most_m {
                     true => format!("press deeper than {:.1} mm ({:.1} mm is the limit here) or repeat the test", deepest_m * 1e3, most_m * 1e3),
                     false => "repeat the test, and leave the tests in one folder".to_owned(),
