@@ -1,9 +1,10 @@
 //! Decides whether a hand would feel anything besides the tissue: the limit-cycle detector, whose
 //! thresholds are fixed, buzz, energy, and the force that the controller adds.
 //!
-//! A hold *fails* if in its last half second the handle moves by more than two counts peak to peak
-//! (5 um at least), or the force above 20 Hz is stronger than 20 mN RMS, or that motion grows over
-//! three successive windows of 100 ms. 20 mN is two thirds of the only detection threshold found
+//! A hold *fails* if in its last half second the handle moves there and back by more than two
+//! counts (5 um at least), or the force above 20 Hz is stronger than 20 mN RMS, or that motion
+//! grows over three successive windows of 100 ms. A handle that moves one way does not cycle: tissue
+//! that relaxes sinks under a steady push. 20 mN is two thirds of the only detection threshold found
 //! for such devices (30 mN, Dosher and Hannaford, bare finger, slow exploration).
 
 use palpate::Vector3;
@@ -21,7 +22,8 @@ const LEAST_SWING_M: f64 = 5e-6;
 /// Measurements over the last half second of a hold.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Hold {
-    /// Peak-to-peak motion of the handle, the largest over the axes [m].
+    /// Motion of the handle there and back, the largest over the axes [m]: the peak-to-peak value
+    /// of a cycle of 2 Hz and faster, zero for a motion in one direction.
     pub swing_m: f64,
     /// RMS of the force vector above 20 Hz [N].
     pub shake_n: f64,
@@ -57,10 +59,25 @@ impl Hold {
     }
 }
 
+/// Largest way to a turning point and back from it, of which the shorter counts [m].
 fn swing_m(at_m: &[Vector3<f64>]) -> f64 {
-    let Some(first) = at_m.first() else { return 0.0 };
-    let (low, high) = at_m.iter().fold((*first, *first), |(l, h), x| (l.inf(x), h.sup(x)));
-    (high - low).max()
+    let before = ranges(at_m.iter());
+    let after = ranges(at_m.iter().rev());
+    let turns = at_m.iter().zip(before.iter().zip(after.iter().rev())).map(|(x, (before, after))| {
+        let peak = (x - before[0]).inf(&(x - after[0]));
+        let trough = (before[1] - x).inf(&(after[1] - x));
+        peak.sup(&trough).max()
+    });
+    turns.fold(0.0, f64::max)
+}
+
+/// Lowest and highest coordinates up to each point [m].
+fn ranges<'a>(points: impl Iterator<Item = &'a Vector3<f64>>) -> Vec<[Vector3<f64>; 2]> {
+    let widen = |range: &mut Option<[Vector3<f64>; 2]>, x: &Vector3<f64>| {
+        *range = Some(range.map_or([*x, *x], |[low, high]| [low.inf(x), high.sup(x)]));
+        *range
+    };
+    points.scan(None, widen).collect()
 }
 
 /// RMS of a force above a frequency [N], from the tick `from` on, after a fourth-order Butterworth
@@ -112,6 +129,33 @@ mod tests {
         assert!(growing.grows && growing.swing_m < 110e-6, "{growing:?}");
         let nan = vec![Vector3::repeat(f64::NAN); 2000];
         assert!(Hold::judge(&nan, &nan, count_m).limit_cycle());
+    }
+
+    /// 0.4 mm in half a second is faster than `beef` sinks.
+    #[test]
+    fn a_handle_that_sinks_passes_and_one_that_cycles_while_it_sinks_does_not() {
+        let sinks = |t: f64| -0.8e-3 * t;
+        let hold = |amplitude: f64, hz: f64| {
+            let cycle = waves(amplitude, hz, 0.0);
+            let at_m: Vec<_> = cycle.iter().enumerate().map(|(n, x)| x + Vector3::z() * sinks(n as f64 * 1e-3)).collect();
+            Hold::judge(&at_m, &still(), 55e-6)
+        };
+        assert_eq!(hold(0.0, 10.0).swing_m, 0.0);
+        assert!(!hold(0.0, 10.0).limit_cycle());
+        for hz in [3.0, 10.0, 55.0] {
+            assert!(hold(120e-6, hz).limit_cycle() && hold(120e-6, hz).swing_m <= 240e-6, "{hz} Hz: {:?}", hold(120e-6, hz));
+        }
+    }
+
+    #[test]
+    fn a_cycle_has_its_peak_to_peak_swing_wherever_the_window_begins() {
+        for begins in 0..20 {
+            let wave = |n: u32| {
+                Vector3::x() * 50e-6 * (std::f64::consts::TAU * (3.0 * f64::from(n) * 1e-3 + f64::from(begins) / 20.0)).sin()
+            };
+            let found_m = Hold::judge(&(0..JUDGED as u32).map(wave).collect::<Vec<_>>(), &still(), 55e-6).swing_m;
+            assert!((found_m / 100e-6 - 1.0).abs() < 0.01, "{begins}: {found_m}");
+        }
     }
 
     #[test]

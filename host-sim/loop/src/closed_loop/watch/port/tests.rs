@@ -102,14 +102,15 @@ fn a_force_that_shakes_is_noticed_whether_the_hand_rests_or_moves() {
     }
 }
 
+/// A spring that answers late gives a vibrating hand energy, as a limit cycle does; one that is
+/// damped takes energy from it, so that the hand is the source.
 #[test]
-fn its_own_vibration_does_not_explain_a_shaking_force() {
-    // the handle vibrates with the force, as in a limit cycle
-    let motion = |t: f64| {
-        let wave = (TAU * 30.0 * t).sin();
-        (4e-3 + 0.2e-3 * wave, 0.0, 1.6 + 0.2 * wave)
-    };
-    assert!(Port::new().run(3.0, motion).contains(&"I15"));
+fn a_vibration_counts_if_the_force_feeds_it() {
+    for (late_s, noticed) in [(3e-3, true), (1e-3, true), (-1e-3, false), (-3e-3, false)] {
+        let depth_m = |t: f64| 4e-3 + 0.2e-3 * (TAU * 30.0 * t).sin();
+        let found = Port::new().run(3.0, |t| (depth_m(t), 0.0, 1.6 + 1000.0 * (depth_m(t - late_s) - 4e-3)));
+        assert_eq!(found.contains(&"I15"), noticed, "{late_s} s late: {found:?}");
+    }
 }
 
 #[test]
