@@ -13,6 +13,8 @@ use crate::study::{Claim, Findings, Table};
 const DELAYS: [u8; 3] = [0, 1, 2];
 /// Delay for which the created energy is drawn [ticks], which is that of the shipped devices.
 const DRAWN_DELAY: u8 = 1;
+/// Error of a held wall of 400 N/m from which a control does not render the wall (1).
+const DRAWN_ERROR: f64 = 0.05;
 /// Smallest energy that is drawn [mJ].
 const LEAST_MJ: f64 = 1e-3;
 
@@ -92,13 +94,29 @@ fn climbed(cell: &Cell, named_n_per_m: f64) -> HeatCell {
     heat(cell.climb.n_per_m, cell.climb.at_least, named_n_per_m)
 }
 
-fn matrix(name: String, title: String, groups: Vec<HeatGroup>, rows: Vec<HeatRow>) -> Figure {
-    let key = [0.125, 0.5, 1.0, 2.0, 8.0].map(|ratio| (Tone::Ratio(ratio).cell(""), format!("{ratio} x what its maker names")));
+/// Row of a control, with how far off the force of a wall is that it does not render.
+fn control_row<'a>(name: String, cells: impl Iterator<Item = &'a Cell> + Clone, heats: Vec<HeatCell>) -> HeatRow {
+    let errors = cells.filter_map(|c| c.held.static_error);
+    let worst = errors.fold(0.0, |worst: f64, error| if error.abs() > worst.abs() { error } else { worst });
+    let name = if worst.abs() < DRAWN_ERROR { name } else { format!("{name} ({:+.0} %)", worst * 100.0) };
+    HeatRow { name, apart: false, cells: heats }
+}
+
+/// A matrix of stiffnesses; `unit` says what one is for a ratio to what the maker names.
+fn matrix(
+    name: String,
+    title: String,
+    groups: Vec<HeatGroup>,
+    rows: Vec<HeatRow>,
+    foot: &str,
+    unit: impl Fn(f64) -> String,
+) -> Figure {
+    let key = [0.125, 0.5, 1.0, 2.0, 8.0].map(|ratio| (Tone::Ratio(ratio).cell(""), unit(ratio)));
     let below = format!(
-        "Largest stiffness [N/m] without a limit cycle, tap at 0.2 m/s and hold; >: none shook; all: to {:.0}; –: 50 shakes",
+        "Largest [N/m] without a limit cycle, tap at 0.2 m/s and hold; >: none shook; all: to {:.0}; –: 50 shakes; (%): not that wall",
         stiffest_tried_n_per_m()
     );
-    Figure { name, title, below, form: Form::Heat(Heat { groups, rows, key: key.into(), foot: String::new() }) }
+    Figure { name, title, below, form: Form::Heat(Heat { groups, rows, key: key.into(), foot: foot.into() }) }
 }
 
 fn swept(summary: &LoopSummary, device: &str) -> Result<Figure, Error> {
@@ -106,12 +124,20 @@ fn swept(summary: &LoopSummary, device: &str) -> Result<Figure, Error> {
     let late = ["no delay", "1 tick late", "2 ticks late"];
     let group = |late: &str| HeatGroup { label: [String::new(), late.to_owned()], feet: HANDS.map(|h| h.id.to_owned()).to_vec() };
     let cells = |control: &str| DELAYS.iter().flat_map(|d| summary.row(device, *d, control)).collect::<Vec<_>>();
-    let of = |name: String| HeatRow { cells: cells(&name).into_iter().map(|c| climbed(c, named)).collect(), name, apart: false };
+    let of = |name: String| {
+        let cells = cells(&name);
+        let heats = cells.iter().map(|c| climbed(c, named)).collect();
+        control_row(name, cells.into_iter(), heats)
+    };
     let passive = cells(&CONTROLLERS[0].name()).into_iter().map(|c| heat(c.passive_n_per_m, false, named));
     let passive = HeatRow { name: "passive (closed form)".into(), apart: true, cells: passive.collect() };
     let rows = CONTROLLERS.iter().map(|c| of(c.name())).chain([passive]).collect();
     let title = format!("Stiffest wall that does not shake the hand: {device} (its maker names {named:.0} N/m)");
-    Ok(matrix(format!("stiffness_{device}"), title, late.map(group).into(), rows))
+    let unit = |ratio: f64| match ratio {
+        1.0 => format!("{named:.0} N/m, as its maker names"),
+        _ => format!("{:.0} N/m", ratio * named),
+    };
+    Ok(matrix(format!("stiffness_{device}"), title, late.map(group).into(), rows, "hand", unit))
 }
 
 /// Every profile at its own delay, with the hand that has the lowest limit.
@@ -141,7 +167,9 @@ fn profiles(summary: &LoopSummary) -> Result<Figure, Error> {
         feet: vec![String::new()],
     };
     let title = "Stiffest wall that does not shake the worst of seven hands: every device, and what its maker names";
-    Ok(matrix("stiffness_profiles".into(), title.into(), devices.iter().map(group).collect(), rows))
+    Ok(matrix("stiffness_profiles".into(), title.into(), devices.iter().map(group).collect(), rows, "", |ratio| {
+        format!("{ratio} x what its maker names")
+    }))
 }
 
 /// Energy that each controller gives to the worst hand, with its static error and the hands that it
