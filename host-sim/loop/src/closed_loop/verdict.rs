@@ -3,9 +3,9 @@
 //!
 //! A hold *fails* if in its last half second the handle moves there and back by more than two
 //! counts (5 um at least), or the force above 20 Hz is stronger than 20 mN RMS, or that motion
-//! grows over three successive windows of 100 ms. A handle that moves one way does not cycle: tissue
-//! that relaxes sinks under a steady push. 20 mN is two thirds of the only detection threshold found
-//! for such devices (30 mN, Dosher and Hannaford, bare finger, slow exploration).
+//! grows over three successive windows of 100 ms. A handle that moves one way does not cycle:
+//! tissue that relaxes sinks under a steady push. 20 mN is two thirds of the only detection
+//! threshold found for such devices (30 mN, Dosher and Hannaford, bare finger, slow exploration).
 
 use palpate::Vector3;
 
