@@ -133,6 +133,17 @@ impl IdentifyArgs {
 
     pub(super) fn run(&self) -> Result<(), Error> {
         let Tests { records, slides, notes } = read(&self.data, self.thickness[1], self.tip)?;
+        // one test is fitted at least; a single test is divided
+        let most = (records.len() - 1).max(1);
+        if self.leave_out > most {
+            let tests = records.len();
+            let s = if tests == 1 { "" } else { "s" };
+            return Err(TissueError::Usage(format!(
+                "--leave-out {}: {tests} test{s} given: give at most {most}",
+                self.leave_out
+            ))
+            .into());
+        }
         let plan = Plan { ball_m: self.tip, block_m: self.block_m(), poisson_ratio: self.nu, leave_out: self.leave_out };
         let [low_m, high_m] = self.thickness;
         let solve = || match low_m < high_m {

@@ -63,6 +63,20 @@ fn every_fault_of_a_test_is_named_with_its_remedy() {
 }
 
 #[test]
+fn more_tests_left_out_than_there_are_is_refused() {
+    let desk = Desk::default();
+    std::fs::create_dir(desk.folder().join("tests")).unwrap();
+    for name in ["tests/a.csv", "tests/b.csv", "tests/c.csv", "one.csv"] {
+        desk.put(name, PHANTOM);
+    }
+    for (data, count, says) in [("tests", "3", "3 tests given: give at most 2"), ("one.csv", "2", "1 test given: give at most 1")]
+    {
+        let run = ["identify", data, "--tip", "sphere:4mm", "--thickness", "10mm", "--leave-out", count, "--out", "out"];
+        refused(&desk, &run, &["--leave-out", says]);
+    }
+}
+
+#[test]
 fn a_speed_that_nothing_has_is_a_warning_and_a_spreadsheets_text_is_read() {
     let desk = Desk::default();
     let slow = changed(NAMES, |_, [t, d, f]| Some([1e3 * t, d, f]));

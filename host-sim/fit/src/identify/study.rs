@@ -142,8 +142,8 @@ impl Plan {
 /// # Errors
 /// One sentence: the finite elements find no equilibrium, or the modulus is not that of a tissue.
 pub fn identify(plan: &Plan, records: &[Record]) -> Result<Identified, String> {
-    let kept = records.len() - if records.len() > 1 { plan.leave_out.min(records.len() - 1) } else { 0 };
     let half = records.len() == 1 && plan.leave_out > 0;
+    let kept = if half { 1 } else { records.len().saturating_sub(plan.leave_out).max(records.len().min(1)) };
     let setup = Setup { ball_m: plan.ball_m, block_m: plan.block_m, poisson_ratio: plan.poisson_ratio };
     let rows = |r: &Record| if half { r.segments.hold.start + r.segments.hold.len() / 2 } else { r.segments.hold.end };
     let fitted: Vec<usize> = records[..kept].iter().map(rows).collect();
