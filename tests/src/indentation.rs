@@ -71,6 +71,11 @@ impl Tally {
         self.inside / self.cases
     }
 
+    /// Share of cases whose value is within the target (1).
+    pub fn right(&self) -> f64 {
+        self.right / self.cases
+    }
+
     /// Share of the told values that are right (1).
     pub fn told_right(&self) -> f64 {
         self.told_right / self.told

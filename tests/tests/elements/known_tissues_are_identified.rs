@@ -193,15 +193,12 @@ fn a_first_guess_of_contact_that_is_too_early_is_left() {
     assert!(!found.trusts_zero, "all three come down to the surface");
 }
 
-/// Share of cases whose truth lies in the 90 % interval, and share of the values that are given as
-/// told that are within the target.
-#[test]
-#[ignore = "finite elements for half an hour: 200 tests with known constants"]
-fn made_up_tissues_are_identified() {
+/// Counts of modulus, exponent and shares over drawn cases of three tests each, as the guide
+/// advises, with this many rows per second.
+fn counted(rate_hz: f64, cases: u64) -> [Tally; 3] {
     let mut tallies = [Tally::default(); 3];
-    for case in 0..200 {
-        let made = Indentation::drawn(case);
-        // three tests, as the guide advises
+    for case in 0..cases {
+        let made = Indentation { rate_hz, ..Indentation::drawn(case) };
         let record = |rows: Vec<[f64; 3]>| Record::of("made up", &rows, made.setup.block_m[2]).unwrap();
         let records: Vec<Record> = made.repeated(3).into_iter().map(record).collect();
         let Indentation { setup, tissue, .. } = &made;
@@ -221,9 +218,28 @@ fn made_up_tissues_are_identified() {
     }
     for (name, tally) in ["modulus", "exponent", "shares"].into_iter().zip(&tallies) {
         println!("{name}: {tally}");
-        let [inside, told_right] = [tally.inside(), tally.told_right()];
-        assert!((0.8..=1.0).contains(&inside) && told_right >= 0.9, "{name}: {tally}");
     }
+    tallies
+}
+
+/// Share of cases whose truth lies in the 90 % interval, and share of the values that are given as
+/// told that are within the target.
+#[test]
+#[ignore = "finite elements for half an hour: 200 tests with known constants"]
+fn made_up_tissues_are_identified() {
+    for tally in counted(60.0, 200) {
+        let [inside, told_right] = [tally.inside(), tally.told_right()];
+        assert!((0.8..=1.0).contains(&inside) && told_right >= 0.9, "{tally}");
+    }
+}
+
+/// Noise differs from row to row, so rows make up for it: at 60 per second two thirds of these moduli
+/// are within the target.
+#[test]
+#[ignore = "finite elements for half an hour: 40 tests with known constants and many rows"]
+fn four_times_the_rows_tell_the_modulus() {
+    let [modulus, ..] = counted(240.0, 40);
+    assert!(modulus.right() >= 0.85 && modulus.told_right() >= 0.9, "{modulus}");
 }
 
 #[test]
