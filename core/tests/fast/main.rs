@@ -33,5 +33,6 @@ mod runaway;
 mod search;
 mod settings;
 mod stop;
+mod tilt;
 mod toggle;
 mod unread;

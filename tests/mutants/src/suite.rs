@@ -51,6 +51,8 @@ pub fn judge(copy: &Copy, package: &str, longest: Duration) -> Result<Verdict, S
 fn cargo(copy: &Copy, package: &str, options: &[&str]) -> Result<Child, String> {
     let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     command.args(["test", "--quiet", "--profile", "mutants", "--package", package, "--lib", "--tests"]).args(options);
+    // the tips that only desktops have are tested as well
+    command.args(["--features", "palpate/long-tips"]);
     command.current_dir(&copy.root).env("CARGO_TARGET_DIR", copy.root.join("../build")).env("RUST_BACKTRACE", "0");
     command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
     // its own process group, so that an endless test program is stopped together with its cargo
