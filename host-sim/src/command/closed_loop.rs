@@ -397,7 +397,7 @@ fn print_matrix(report: &Report, hands: &[Hand], stimuli: &[Stimulus]) {
     let names: Vec<String> = stimuli.iter().map(|s| format!("{} {}", s.id, s.name)).collect();
     println!("\nstimuli: {}", names.join(", "));
     println!(
-        ". quiet: in the last half second the handle moves there and back by at most two counts (or 5 um), the force above 20 Hz by at most 20 mN RMS, and nothing grows"
+        ". quiet: in the last half second the handle moves by at most two counts (or 5 um), the force above 20 Hz by at most 20 mN RMS, and nothing grows"
     );
     println!("weak: quiet, and felt weaker because the hand pushed long at the device's force limit   count: one count toggles");
     println!("CYCLE: limit cycle   ENERGY: energy created   FAULT   BROKEN: an invariant\n");

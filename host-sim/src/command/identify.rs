@@ -134,7 +134,7 @@ impl IdentifyArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
         let Tests { records, slides, notes } = read(&self.data, self.thickness[1], self.tip)?;
         // one test is fitted at least; a single test is divided
-        let most = (records.len() - 1).max(1);
+        let most = records.len().saturating_sub(1).max(1);
         if self.leave_out > most {
             let tests = records.len();
             let s = if tests == 1 { "" } else { "s" };

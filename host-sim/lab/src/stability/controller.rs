@@ -247,6 +247,10 @@ impl<S: Surface> Surface for Controlled<S> {
         self.surface.rest_shape()
     }
 
+    fn creeps(&self) -> bool {
+        self.surface.creeps()
+    }
+
     fn change(&mut self, change: Change) {
         self.surface.change(change);
     }

@@ -135,7 +135,7 @@ pub fn run_beside(setup: &Setup, surface: &mut impl Surface, beside: &mut impl B
         ticks += 1;
         t_s = f64::from(ticks) * 1e-3;
     }
-    Ok(judge(setup, &trajectory, rows, rig.broken().iter().map(|(broken, _)| *broken).collect()))
+    Ok(judge(setup, &trajectory, surface.creeps(), rows, rig.broken().iter().map(|(broken, _)| *broken).collect()))
 }
 
 /// Builds the trajectory of a stimulus for this hand on this surface.
@@ -151,7 +151,7 @@ pub fn trajectory_of(setup: &Setup, surface: &impl Surface) -> Trajectory {
     }
 }
 
-fn judge(setup: &Setup, trajectory: &Trajectory, rows: Vec<Row>, broken: Vec<Broken>) -> Run {
+fn judge(setup: &Setup, trajectory: &Trajectory, creeps: bool, rows: Vec<Row>, broken: Vec<Broken>) -> Run {
     let at_m: Vec<Vector3<f64>> = rows.iter().map(|r| r.at_m).collect();
     let force_n: Vec<Vector3<f64>> = rows.iter().map(|r| r.telemetry.applied_n.cast()).collect();
     let ends = setup.stimulus.ends_in_hold();
@@ -169,7 +169,7 @@ fn judge(setup: &Setup, trajectory: &Trajectory, rows: Vec<Row>, broken: Vec<Bro
         if model_n.norm() > 0.0 { f64::from((r.telemetry.applied_n - model_n).norm() / model_n.norm()) } else { 0.0 }
     });
     Run {
-        hold: ends.then(|| Hold::judge(&at_m, &force_n, setup.device.count_m)),
+        hold: ends.then(|| Hold::judge(&at_m, &force_n, setup.device.count_m, creeps)),
         created_j: rows.last().map_or(0.0, |r| r.energy.worst_j),
         buzz_n: if setup.stimulus.is_slow_press() { pressing() } else { None },
         hold_buzz_n: if ends { rms_above(&force_n, 50.0, held_from) } else { 0.0 },

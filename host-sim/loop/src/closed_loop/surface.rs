@@ -24,6 +24,11 @@ pub trait Surface: Renderer {
     /// Geometry at rest, for the watch.
     fn rest_shape(&self) -> Arc<dyn RestShape>;
 
+    /// Whether it sinks under a steady push, as tissue that relaxes does.
+    fn creeps(&self) -> bool {
+        false
+    }
+
     /// Requests a change. Softening applies at once; stiffening waits until [`Surface::settle`]
     /// reports no contact, since under the probe it would create energy.
     fn change(&mut self, change: Change);
@@ -207,6 +212,10 @@ impl Surface for TissueSurface<'_> {
 
     fn rest_shape(&self) -> Arc<dyn RestShape> {
         Arc::<RestSolid>::clone(&self.shape)
+    }
+
+    fn creeps(&self) -> bool {
+        self.variants.iter().any(|(_, tuned)| tuned.relaxes())
     }
 
     fn change(&mut self, change: Change) {

@@ -82,6 +82,10 @@ impl<S: Surface> Surface for FaultyTissue<'_, S> {
         self.surface.rest_shape()
     }
 
+    fn creeps(&self) -> bool {
+        self.surface.creeps()
+    }
+
     fn change(&mut self, change: Change) {
         self.surface.change(change);
     }

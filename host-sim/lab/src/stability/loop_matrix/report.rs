@@ -113,7 +113,7 @@ fn matrix(
 ) -> Figure {
     let key = [0.125, 0.5, 1.0, 2.0, 8.0].map(|ratio| (Tone::Ratio(ratio).cell(""), unit(ratio)));
     let below = format!(
-        "Largest [N/m] without a limit cycle, tap at 0.2 m/s and hold; >: none shook; all: to {:.0}; –: 50 shakes; (%): not that wall",
+        "Largest [N/m] without a limit cycle, tap at 0.2 m/s and hold; >: none shook; all: to {:.0}; –: 50 shakes; (%): force off at 400",
         stiffest_tried_n_per_m()
     );
     Figure { name, title, below, form: Form::Heat(Heat { groups, rows, key: key.into(), foot: foot.into() }) }

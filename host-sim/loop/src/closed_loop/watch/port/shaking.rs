@@ -10,10 +10,11 @@
 //! explained by it, and a limit cycle explains nothing by its own vibration, whether the hand rests
 //! or moves.
 //!
-//! A hand that vibrates by itself, such as one whose grip changes suddenly, explains a tenth too.
-//! It differs from one that is shaken by where the energy comes from: hand and handle are passive,
-//! so that a force can only keep them vibrating by doing work on them above 15 Hz. If they do work
-//! on the device there instead, the vibration is theirs.
+//! A hand that vibrates by itself, such as one whose grip changes suddenly, explains its vibration.
+//! It differs from one that is shaken by where the energy comes from: a passive hand and handle
+//! keep vibrating only if the force does work on them above 15 Hz. If instead they do work on the
+//! device there, summed over the tenths that shake, the vibration is theirs. A cycle is missed if
+//! meanwhile the hand does more work along another axis or at another frequency.
 
 use palpate::Vector3;
 
@@ -36,8 +37,9 @@ const LASTING_PARTS: usize = PARTS / 2;
 /// than one at rest. Slides of random hands reach three quarters of this, the limit cycle of an
 /// encoder's counts thirty times as much.
 const SLOPE: f64 = 6.0;
-/// Work above 15 Hz of a hand on the device in a part that makes it the source of the vibration
-/// [J]: far below the 30 uJ and more of a changing grip, far above what filters leave of a motion.
+/// Mean work above 15 Hz of a hand on the device, per part that shakes, that makes it the source of
+/// the vibration [J]: far below the 30 uJ and more of a changing grip, far above what filters leave
+/// of a motion.
 const SOURCE_J: f64 = 1e-6;
 /// Depth below which force over depth is not taken for a stiffness [m].
 const LEAST_DEPTH_M: f64 = 1e-3;
@@ -96,17 +98,20 @@ impl ShakingWatch {
         }
         self.parts.rotate_left(1);
         self.parts[PARTS - 1] = std::mem::take(&mut self.now);
-        let shakes = self.parts.iter().filter(|part| part.shakes()).count();
-        if shakes < LASTING_PARTS { Ok(()) } else { Err(Broken { id: "I15", what: "shaking without a motion" }) }
+        let shaking = || self.parts.iter().filter(|part| part.shakes());
+        let (count, work_j) = (shaking().count(), shaking().map(|part| part.work_j).sum::<f64>());
+        if count < LASTING_PARTS || work_j < -SOURCE_J * count as f64 {
+            Ok(())
+        } else {
+            Err(Broken { id: "I15", what: "shaking without a motion" })
+        }
     }
 }
 
 impl Part {
-    /// Whether the force shook the hand, and neither its motion nor a vibration of its own explains
-    /// it.
+    /// Whether the force shook the hand, and its motion does not explain it.
     fn shakes(&self) -> bool {
         // written so that NaN shakes
-        let weak = self.force <= SHAKES_N * SHAKES_N * f64::from(PART_TICKS);
-        !(weak || self.rate <= self.explained || self.work_j < -SOURCE_J)
+        !(self.force <= SHAKES_N * SHAKES_N * f64::from(PART_TICKS) || self.rate <= self.explained)
     }
 }
