@@ -14,7 +14,7 @@ use std::sync::Arc;
 use palpate::haptic::cycle::{Ask, Command, Renderer, Settings, Telemetry};
 use palpate::haptic::device::{DeviceSpec, Sensed, SensorStatus};
 use palpate::stages::probe::ProbePose;
-use palpate::{Output, PatchFile, Probe, Vector3};
+use palpate::{Output, Params, PatchFile, Probe, Vector3};
 use palpate_controller::config::Profile;
 use palpate_controller::force_out;
 use palpate_controller::force_out::ActuatorCommand;
@@ -84,8 +84,9 @@ impl InLoop {
     }
 
     fn surface<'a>(&'a self, memory: &'a mut Memory) -> Result<PatchSurface<'a>, EmulateError> {
-        let probe = PatchFile::open(self.patch())?.params.probe;
-        Ok(PatchSurface { patch: Patch::open(self.patch(), memory, None)?, probe, youngs_modulus_pa: self.youngs_modulus_pa })
+        let params = PatchFile::open(self.patch())?.params;
+        let patch = Patch::open(self.patch(), memory, None)?;
+        Ok(PatchSurface { patch, params, youngs_modulus_pa: self.youngs_modulus_pa })
     }
 
     /// Runs the loop on a board that has just been started. Positions are in the device's frame,
@@ -230,7 +231,7 @@ pub(super) fn rest_shape(patch: &Patch, probe: &Probe) -> Arc<dyn RestShape> {
 /// The patch as it is on the board, in the device's frame.
 struct PatchSurface<'a> {
     patch: Patch<'a>,
-    probe: Probe,
+    params: Params,
     youngs_modulus_pa: f32,
 }
 
@@ -250,7 +251,11 @@ impl Surface for PatchSurface<'_> {
     }
 
     fn rest_shape(&self) -> Arc<dyn RestShape> {
-        rest_shape(&self.patch, &self.probe)
+        rest_shape(&self.patch, &self.params.probe)
+    }
+
+    fn creeps(&self) -> bool {
+        self.params.long_term_modulus_pa() < self.params.youngs_modulus_pa
     }
 
     fn change(&mut self, change: Change) {

@@ -11,6 +11,7 @@ mod every_preset_presses;
 mod every_scene_key_acts;
 mod files_for_engines;
 mod fit_goes_on;
+mod identified_tissue_reaches_a_board;
 mod limits_are_data;
 mod live_follows_a_board;
 mod live_looks_for_a_display;

@@ -124,8 +124,9 @@ impl Identified {
     }
 }
 
-/// Rms of a difference over the peak [%].
-fn rms_pct(model_n: &[f64], force_n: &[f64], peak_n: f64) -> f64 {
+/// Rms of a difference of forces [N] over the peak [N], in percent.
+#[must_use]
+pub fn rms_pct(model_n: &[f64], force_n: &[f64], peak_n: f64) -> f64 {
     let square: f64 = model_n.iter().zip(force_n).map(|(a, b)| (a - b).powi(2)).sum();
     100.0 * (square / force_n.len().max(1) as f64).sqrt() / peak_n
 }

@@ -25,9 +25,7 @@ pub trait Surface: Renderer {
     fn rest_shape(&self) -> Arc<dyn RestShape>;
 
     /// Whether it sinks under a steady push, as tissue that relaxes does.
-    fn creeps(&self) -> bool {
-        false
-    }
+    fn creeps(&self) -> bool;
 
     /// Requests a change. Softening applies at once; stiffening waits until [`Surface::settle`]
     /// reports no contact, since under the probe it would create energy.
@@ -98,6 +96,10 @@ impl Surface for Wall {
 
     fn rest_shape(&self) -> Arc<dyn RestShape> {
         Arc::new(HalfSpace { at_m: Vector3::zeros(), normal: self.normal.cast() })
+    }
+
+    fn creeps(&self) -> bool {
+        false
     }
 
     fn change(&mut self, change: Change) {

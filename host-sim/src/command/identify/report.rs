@@ -113,7 +113,7 @@ pub(super) fn figure(found: &Identified, records: &[Record], beside: &[Beside]) 
     let data = dots("measured", over_time(&|n| record.force_n[n]));
     let model = Series::curve("model", over_time(&|n| test.model_n[n]));
     let patch = beside.iter().take(1).map(|beside| {
-        let points = beside.force_n.iter().map(|(n, force_n)| (record.time_s[*n] - record.time_s[0], force_n * unit.0));
+        let points = record.time_s.iter().zip(&beside.force_n).map(|(t_s, force_n)| (t_s - record.time_s[0], force_n * unit.0));
         Series::curve(format!("patch for {BOARD}"), points)
     });
     let forces = [data, model].into_iter().chain(patch).collect();
@@ -150,9 +150,9 @@ struct Summary {
     plain_modulus_pa: f64,
     plain_rms_pct: f64,
     rms_pct: f64,
-    /// Of each test, the rms differences of the patch in press and hold, over the peak [%].
+    /// Of each test, the rms differences of the patch in press, hold and retreat over the peak [%].
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    patch_rms_pct: Vec<[f64; 2]>,
+    patch_rms_pct: Vec<[f64; 3]>,
     tests: Vec<Test>,
 }
 

@@ -95,7 +95,7 @@ fn climbed(cell: &Cell, named_n_per_m: f64) -> HeatCell {
 }
 
 /// Row of a control, with how far off the force of a wall is that it does not render.
-fn control_row<'a>(name: String, cells: impl Iterator<Item = &'a Cell> + Clone, heats: Vec<HeatCell>) -> HeatRow {
+fn control_row<'a>(name: String, cells: impl Iterator<Item = &'a Cell>, heats: Vec<HeatCell>) -> HeatRow {
     let errors = cells.filter_map(|c| c.held.static_error);
     let worst = errors.fold(0.0, |worst: f64, error| if error.abs() > worst.abs() { error } else { worst });
     let name = if worst.abs() < DRAWN_ERROR { name } else { format!("{name} ({:+.0} %)", worst * 100.0) };
