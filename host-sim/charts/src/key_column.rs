@@ -1,7 +1,7 @@
 //! Draws the legend beside a plot in a column of its own, so that it cannot cover data.
 
 use plotters::drawing::DrawingAreaErrorKind;
-use plotters::element::{DashedPathElement, PathElement, Polygon, Rectangle};
+use plotters::element::{DashedPathElement, PathElement, Rectangle};
 use plotters::prelude::DrawingBackend;
 use plotters::style::text_anchor::{HPos, VPos};
 use plotters::style::{Color, RGBColor};
@@ -9,14 +9,14 @@ use plotters::style::{Color, RGBColor};
 use super::canvas::Area;
 use super::canvas::Drawn;
 use super::layout::{MARGIN_PX, cut, width};
-use super::marker::{Look, outline};
+use super::marker::{self, Look};
 use super::style::{INK, TICK_PX, line, px, text};
 
 /// Graphic in front of a name in the legend.
 #[derive(Clone, Copy)]
 pub enum Sign {
     /// A line if the points are `joined`, a marker if they are `marked`, or both.
-    Line { look: Look, joined: bool, marked: bool },
+    Line { look: Look, joined: bool, marked: bool, hollow: bool },
     /// A filled square.
     Patch(RGBColor),
     /// A thin outline.
@@ -63,12 +63,12 @@ fn draw_sign<DB: DrawingBackend>(area: &Area<DB>, sign: Sign, left: i32, y: i32)
     let stroke = [(left, y), (left + px(26.0), y)];
     let corners = [(left + px(6.0), y - px(7.0)), (left + px(20.0), y + px(7.0))];
     match sign {
-        Sign::Line { look, joined, marked } => {
+        Sign::Line { look, joined, marked, hollow } => {
             if joined {
                 area.draw(&PathElement::new(stroke, line(look.color, 2.2)))?;
             }
             if marked {
-                area.draw(&Polygon::new(outline(look.shape, (left + px(13.0), y), px(4.6)), look.color.filled()))?;
+                marker::draw(area, look, (left + px(13.0), y), px(4.6), hollow)?;
             }
             Ok(())
         }

@@ -1,6 +1,11 @@
 //! Colour and shape of the marker of each method; the size of a marker grows with the mesh.
 
-use plotters::style::RGBColor;
+use plotters::element::{PathElement, Polygon};
+use plotters::prelude::DrawingBackend;
+use plotters::style::{Color, RGBColor};
+
+use super::canvas::{Area, Drawn};
+use super::style::line;
 
 /// Marker and colour of a method's points.
 #[derive(Clone, Copy)]
@@ -85,6 +90,16 @@ pub fn radius_px(nodes: usize) -> f64 {
         return 6.0;
     }
     (1.45 * (nodes as f64).powf(0.25)).clamp(3.0, 10.0)
+}
+
+/// Draws a marker, filled or as an outline.
+pub fn draw<DB: DrawingBackend>(area: &Area<DB>, look: Look, center: (i32, i32), radius: i32, hollow: bool) -> Drawn<DB> {
+    let mut corners = outline(look.shape, center, radius);
+    if !hollow {
+        return area.draw(&Polygon::new(corners, look.color.filled()));
+    }
+    corners.extend_from_within(..1);
+    area.draw(&PathElement::new(corners, line(look.color, 1.8)))
 }
 
 /// Corners of a marker on the canvas [canvas units].

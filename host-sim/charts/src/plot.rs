@@ -15,7 +15,7 @@ use super::canvas::Area;
 use super::canvas::Drawn;
 use super::key_column::{self, Sign};
 use super::layout::{Labels, TITLE_HEIGHT_PX, axes, builder, title, width};
-use super::marker::{DISTINCT, Look, look, outline};
+use super::marker::{self, DISTINCT, Look, look, outline};
 use super::picture::{Picture, save};
 use super::place::{Frame, Page};
 use super::style::{INK, MUTED, TICK_PX, WARN, line, px, text};
@@ -61,7 +61,7 @@ pub struct Dot {
     pub at: (f64, f64),
     /// Radius of the marker in pixels.
     pub radius_px: f64,
-    /// Whether only the outline of the marker is drawn.
+    /// Whether the marker is an outline, through which other markers are seen.
     pub hollow: bool,
     /// Whether a ring is drawn around the marker.
     pub ringed: bool,
@@ -327,7 +327,8 @@ impl Drawing<'_> {
     fn entries(&self) -> Vec<(Sign, &str)> {
         let plot = self.plot;
         let drawn = |name: &&str| plot.series.iter().find(|s| s.name == *name && !s.dots.is_empty());
-        let sign = |s: &Series| Sign::Line { look: self.look(&s.name), joined: s.joined, marked: s.marked };
+        let hollow = |s: &Series| s.dots.iter().all(|d| d.hollow);
+        let sign = |s: &Series| Sign::Line { look: self.look(&s.name), joined: s.joined, marked: s.marked, hollow: hollow(s) };
         let mut entries: Vec<_> = self.names.iter().filter_map(|name| Some((sign(drawn(name)?), *name))).collect();
         entries.extend(plot.levels.iter().map(|level| (Sign::Dashes(MUTED), level.name.as_str())));
         if !plot.front.is_empty() {
@@ -392,11 +393,10 @@ impl Drawing<'_> {
                 if dot.ringed {
                     area.draw(&Circle::new(center, radius + px(5.0), line(INK, 1.6)))?;
                 }
-                area.draw(&Polygon::new(outline(look.shape, center, radius + px(1.2)), WHITE.filled()))?;
-                area.draw(&Polygon::new(outline(look.shape, center, radius), look.color.filled()))?;
-                if dot.hollow {
-                    area.draw(&Polygon::new(outline(look.shape, center, radius - px(1.8)), WHITE.filled()))?;
+                if !dot.hollow {
+                    area.draw(&Polygon::new(outline(look.shape, center, radius + px(1.2)), WHITE.filled()))?;
                 }
+                marker::draw(area, look, center, radius, dot.hollow)?;
                 page.add_dot(center, radius + px(1.0));
             }
         }

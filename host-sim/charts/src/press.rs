@@ -11,7 +11,7 @@ use super::{ChartError, Press, Sample};
 /// Change of depth between two samples up to which the probe counts as held [m].
 const STILL_M: f64 = 1e-9;
 /// Radius of the mark of a hold [px].
-const HOLD_PX: f64 = 4.8;
+const HOLD_PX: f64 = 7.5;
 
 /// Writes force against depth, with the holds and a reference, as `NAME.svg` and `NAME.png` into
 /// `folder`.
@@ -35,9 +35,10 @@ pub fn force_depth(folder: &Path, name: &str, press: &Press) -> Result<(), Chart
         let label = format!("{}, {}", length.say(hold.depth_m), force.say(hold.force_n));
         Dot { radius_px: HOLD_PX, hollow: true, label, ..Dot::from(at(hold.depth_m, hold.force_n)) }
     });
-    series.push(Series::dots("end of a hold, at rest", holds.collect()));
     let reference = press.reference.iter().map(|(depth_m, force_n)| Dot::from(at(*depth_m, *force_n)));
     series.push(Series::dots("finite elements, at rest", reference.collect()));
+    // around the markers of finite elements, on which they nearly lie
+    series.push(Series::dots("end of a hold, at rest", holds.collect()));
     if series.iter().all(|s| s.dots.is_empty()) {
         // a run of one sample has no curve
         series.push(Series::dots("going in", trace.iter().map(|s| at(s.depth_m, s.force_n).into()).collect()));

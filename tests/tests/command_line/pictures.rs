@@ -10,6 +10,10 @@ use palpate_charts::{
     tick_time,
 };
 
+use palpate_tests::palpate_command::{Desk, palpate, repository};
+
+const SCRATCH: &str = env!("CARGO_TARGET_TMPDIR");
+
 type Checked = Result<(), Box<dyn Error>>;
 type Draw<'a> = &'a dyn Fn(&Path, &str) -> Result<(), ChartError>;
 
@@ -77,6 +81,35 @@ fn pixels(path: &Path) -> Result<Vec<u8>, Box<dyn Error>> {
     let info = reader.next_frame(&mut bytes)?;
     assert_eq!((info.width, info.height), (1000, 700));
     Ok(bytes)
+}
+
+/// Scene and name of a picture that a press draws, and its name in README and book.
+const SHOWN: [(&str, &str, &str); 4] = [
+    ("block", "force_depth", "force_depth"),
+    ("block", "section", "section"),
+    ("nodule", "section", "section-nodule"),
+    ("nodule", "contact", "contact"),
+];
+/// Number of bytes that another processor's last bits may change.
+const MOST_CHANGED: usize = 2000;
+
+#[test]
+fn pictures_of_readme_and_book_are_those_that_press_draws() -> Checked {
+    let desk = Desk::default();
+    for scene in ["block", "nodule"] {
+        let run = palpate(SCRATCH, desk.folder(), &["press", "--scene", scene, "--contact", "--out", scene]);
+        assert_eq!(run.code, Some(0), "{run:?}");
+    }
+    for (scene, drawn, name) in SHOWN {
+        let drawn = pixels(&desk.folder().join(scene).join(drawn).with_extension("png"))?;
+        let shown = pixels(&repository().join("host-sim/pictures").join(name).with_extension("png"))?;
+        let changed = drawn.iter().zip(&shown).filter(|(a, b)| a.abs_diff(**b) > 24).count();
+        assert!(
+            changed <= MOST_CHANGED,
+            "{name}.png is out of date: {changed} bytes differ from what `palpate press --scene {scene} --contact` draws"
+        );
+    }
+    Ok(())
 }
 
 fn dark_pixels(rgb: &[u8]) -> usize {
