@@ -28,7 +28,9 @@ use foundation::Load;
 
 /// Clears the last substep's forces and adds every active term, contact last, because it depends on
 /// the other forces on a node. In tissue that relaxes, contact ends with [`relaxation`].
-#[cfg_attr(not(feature = "stage-cost"), inline(always))]
+// inlined on boards only: in another crate of a desktop its loops would be compiled anew, in pieces
+// whose small functions are not inlined, and take twice as long
+#[cfg_attr(all(target_os = "none", not(feature = "stage-cost")), inline(always))]
 pub fn accumulate(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>, velocity_m_per_s: Vector3<f32>) -> Load {
     #[cfg(not(target_os = "none"))]
     if tuned.stiffens() {
@@ -40,7 +42,7 @@ pub fn accumulate(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector
 
 /// Adds every term except contact and stiffening. A method with forces of its own adds them between
 /// this call and [`foundation::press`].
-#[cfg_attr(not(feature = "stage-cost"), inline(always))]
+#[cfg_attr(all(target_os = "none", not(feature = "stage-cost")), inline(always))]
 pub fn accumulate_inner(model: &Model, tuned: &Tuned, state: &mut State) {
     for node in state.nodes.iter_mut() {
         node.f = [0.0; ROW];
