@@ -155,7 +155,7 @@ impl IdentifyArgs {
         found.say_friction(self.nu);
         let folder = self.out.clone().unwrap_or_else(|| "out/identify".into());
         stop::says_what_stays(&folder);
-        let out = self.write(&folder, &found, &records, &[])?;
+        let out = self.write(&folder, &found, &records, (&[], ""))?;
         let odd = records.iter().find_map(Record::odd_speed);
         let doubtful = odd.is_some() || found.trusts_zero || found.misfits || !found.estimates.iter().all(Estimate::told);
         let headline = odd.map_or_else(String::new, |odd| odd + "; ") + &report::headline(&found);
@@ -177,19 +177,26 @@ impl IdentifyArgs {
         let scene = out.join(scene::name(&found, self.takes_a_law(&found)));
         let (beside, unpromised) = patch::fit_and_judge(&scene, &options, &out.join("board"), &found, &records)?;
         stop::says_what_stays(&folder);
-        self.write(&folder, &found, &records, &beside)?;
-        println!("\nwrote the force of the patch into {}: summary.json, identified.svg and .png", out.display());
-        match unpromised {
-            Some(why) => {
+        self.write(&folder, &found, &records, (&beside, &patch::name(&options)))?;
+        println!("\nwrote its force into {}: summary.json, identified.svg and .png", out.display());
+        match (unpromised, patch::far_off(&beside, found.rms_pct, TOLERANCE_PCT)) {
+            (Some(why), _) => {
                 Verdict::of(Err::<(), _>(TissueError::Check(format!("{headline}; the patch: {why}"))), String::new)?.last()
             }
-            None => verdict.last(),
+            (None, Some(far)) => Verdict::ok(format!("{headline}; {far}")).warning_if(true).last(),
+            (None, None) => verdict.last(),
         }
     }
 
-    /// Writes the result into a folder, with the force of a patch if there is one; an earlier
-    /// result is replaced. Returns the folder's path.
-    fn write(&self, folder: &Path, found: &Identified, records: &[Record], beside: &[Beside]) -> Result<PathBuf, Error> {
+    /// Writes the result into a folder, with the force of a patch and its name if there is one; an
+    /// earlier result is replaced. Returns the folder's path.
+    fn write(
+        &self,
+        folder: &Path,
+        found: &Identified,
+        records: &[Record],
+        (beside, name): (&[Beside], &str),
+    ) -> Result<PathBuf, Error> {
         let folder = OutputFolder::open(folder)?.made_by(provenance::of(None));
         for (name, text) in scene::texts(self, found, records) {
             folder.write(name, text.as_bytes())?;
@@ -200,7 +207,7 @@ impl IdentifyArgs {
             (0..record.time_s.len()).map(move |k| [n as f64, record.time_s[k], depth_m[k], record.force_n[k], test.model_n[k]])
         });
         folder.write_csv("fit.csv", ["test", "time_s", "depth_m", "force_n", "model_n"], rows)?;
-        report::figure(found, records, beside).draw(folder.draft())?;
+        report::figure(found, records, (beside, name)).draw(folder.draft())?;
         folder.write_summary(&report::summary(found, records, beside))?;
         Ok(folder.publish()?)
     }

@@ -90,7 +90,7 @@ pub struct TissueScene {
     /// Number of nodes of the mesh: exact for a block, approximate for an organ or a surface file.
     ///
     /// * range: 30 to 5000 of a block, 100 to 5000 of an organ or a surface
-    /// * default: 410 of a block, 600 of an organ or a surface
+    /// * default: 410 of a block, or as many as its proportions need; 600 of an organ or a surface
     pub nodes: Option<usize>,
     /// Mesh or surface file (`.msh`, `.vtu`, `.vtk`, `.stl`, `.obj`), relative to the scene file;
     /// for a preset, to the working directory. Its underside is fixed.

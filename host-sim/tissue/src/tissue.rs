@@ -8,7 +8,7 @@ pub mod organ_source;
 mod steepness;
 
 use crate::error::Error;
-use crate::mesh::{BlockError, BlockSpec, ImportReport, SurfaceReport, TetMesh, block, fit_facets, surface};
+use crate::mesh::{BlockError, BlockSpec, ImportReport, SurfaceReport, TetMesh, block, block_of_at_least, fit_facets, surface};
 use crate::scene::{Drive, Inclusion, Scene, SceneError};
 pub use body::{Joint, Tissue};
 pub use material::Layout;
@@ -70,10 +70,13 @@ pub fn place_fine(scene: &Scene, tips_m: &[[f32; 3]], fine_radii: f64) -> Result
     }
     let size_m = scene.tissue.block_m.unwrap_or_default();
     let [x, y] = scene.probe.position_m.unwrap_or_default();
-    let nodes = scene.tissue.nodes.unwrap_or(DEFAULT_NODES);
-    let mesh =
-        block(&BlockSpec { size_m, nodes, fine_at_m: [x, y], fine_radius_m: fine_radii * scene.probe.tip().mean_radius_m() })
-            .map_err(|cause| not_meshed(scene, cause))?;
+    let fine_radius_m = fine_radii * scene.probe.tip().mean_radius_m();
+    let of = |nodes| BlockSpec { size_m, nodes, fine_at_m: [x, y], fine_radius_m };
+    let mesh = match scene.tissue.nodes {
+        Some(nodes) => block(&of(nodes)),
+        None => block_of_at_least(&of(DEFAULT_NODES)),
+    };
+    let mesh = mesh.map_err(|cause| not_meshed(scene, cause))?;
     place_block(scene, tips_m, mesh)
 }
 
@@ -345,5 +348,19 @@ mod tests {
         scene.drive = Drive::Trace { trace: "trace.csv".into(), depth_limit_m: None };
         let traced_m = depth_limit_m(&scene, &[(touch_m - Vector3::z() * 0.004).into()], site_m, axis);
         assert!((traced_m - pressed_m).abs() < 1e-6, "{traced_m} m, pressed: {pressed_m} m");
+    }
+
+    #[test]
+    fn a_wide_slab_has_the_nodes_that_it_needs_unless_the_scene_says_how_many() {
+        let place = |nodes: &str| {
+            let text = format!(
+                "name = \"slab\"\n[tissue]\nblock_m = [0.1, 0.1, 0.005]\n{nodes}youngs_modulus_pa = 3500.0\npoisson_ratio = 0.45\n\
+                 density_kg_per_m3 = 1060.0\n[probe]\nshape = \"hemisphere\"\nradius_m = 0.004\n[drive]\nkind = \"depth\"\n\
+                 holds_m = [0.002]\nramp_m_per_s = 0.04\nhold_s = 0.1\n"
+            );
+            place(&Scene::parse("slab", &text).unwrap(), &[])
+        };
+        assert!(place("").unwrap().tissue.mesh.nodes_m.len() > DEFAULT_NODES);
+        assert!(place("nodes = 410\n").is_err());
     }
 }

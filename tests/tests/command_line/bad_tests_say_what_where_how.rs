@@ -39,7 +39,7 @@ fn every_fault_of_a_test_is_named_with_its_remedy() {
         ),
         ("half", changed(NAMES, |_, [t, d, f]| Some([t, d, f.min(180.0)])), &["exactly 0.18 N", "saturated"]),
         ("drift", changed(NAMES, |_, [t, d, f]| Some([t, d, f + 120.0 * t])), &["while the depth is held", "drifts", "warm up"]),
-        ("one point", changed(NAMES, |n, row| (n == 100).then_some(row)), &["1 rows", "at least 20"]),
+        ("one point", changed(NAMES, |n, row| (n == 100).then_some(row)), &["different times is 1", "at least 20"]),
         ("upwards", changed(NAMES, |_, [t, d, f]| Some([t, -d, f])), &["positive into the tissue", "sign"]),
         ("pulling", changed(NAMES, |_, [t, d, f]| Some([t, d, -f])), &["force is negative", "positive"]),
         ("decimal comma", changed(NAMES, same).replace('.', ","), &["line 2", "decimal commas", "semicolons"]),

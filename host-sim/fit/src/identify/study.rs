@@ -359,7 +359,7 @@ fn solve(setup: &Setup, records: &[Record]) -> Result<Elastic, String> {
     let deepest_m = records.iter().map(deepest).fold(0.0, f64::max);
     Elastic::solve(setup, deepest_m).ok_or_else(|| {
         format!(
-            "{}: the finite elements of the test find no equilibrium {:.2} mm deep under a ball of {} mm: check --tip, --thickness and the unit of the depth",
+            "{}: the finite elements of the test find no equilibrium {:.4} mm deep under a ball of {} mm: check --tip, --thickness and the unit of the depth",
             records[0].name,
             deepest_m * 1e3,
             setup.ball_m * 1e3
@@ -417,9 +417,9 @@ fn refuse_modulus(modulus_pa: f64, records: &[Record]) -> Result<(), String> {
     if (low..=high).contains(&modulus_pa) {
         return Ok(());
     }
-    let likely = match modulus_pa / (low * high).sqrt() {
-        r if r > 1.0 => "the force is probably in mN where N is named (1000 times less), or the depth in mm where um is named",
-        _ => "the force is probably in N where mN is named (1000 times more), or the depth in um where mm is named",
+    let likely = match modulus_pa > (low * high).sqrt() {
+        true => "the force is probably in mN where N is named, or the depth in mm where um is named, or in m where mm is",
+        false => "the force is probably in N where mN is named, or the depth in um where mm is named, or in mm where m is",
     };
     Err(format!(
         "{}: the modulus would be {:.3} kPa, which no tissue has (0.1 kPa to 10 MPa): {likely}; correct the units in the names of the columns",

@@ -65,7 +65,7 @@ pub fn unsaid(most_m: f64, records: &[Record], fit: &Fitted, estimates: &[Estima
         ));
     } else {
         said.push(format!(
-            "relaxation slower than {:.0} s or faster than {:.2} s is not seen: the modulus is that of a press of {press_s:.1} s",
+            "relaxation slower than {:.0} s or faster than {:.3} s is not seen: the modulus is that of a press of {press_s:.2} s",
             3.0 * hold_s,
             press_s / 20.0
         ));

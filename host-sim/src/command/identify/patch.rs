@@ -20,17 +20,42 @@ pub(super) const BOARD: &str = "m4f-168";
 /// Speeds for which a patch is prepared [m/s].
 const SPEEDS_M_PER_S: [f64; 2] = [1e-5, 1.0];
 /// Time of a test after which a patch is not compared any more [s].
-const LONGEST_S: f64 = 300.0;
+const LONGEST_S: f64 = 1000.0;
+/// Ticks from the air to the first row of a test.
+const LEAD_TICKS: usize = 50;
 /// Relative difference up to which two depths are the same (1).
 const SAME: f64 = 1e-3;
 
 /// A test beside the patch that is pressed as in it.
 pub(super) struct Beside {
-    /// Rms differences over the peak [%] in press, hold and retreat; not a number without rows that
-    /// the patch answers.
+    /// Rms differences over the peak [%] in press, hold and retreat, as far as they are compared;
+    /// not a number without such rows.
     pub rms_pct: [f64; 3],
     /// Force of the patch in the first rows of the record, as far as they are compared [N].
     pub force_n: Vec<f64>,
+}
+
+fn is_law(options: &[String]) -> bool {
+    options.iter().any(|option| option == "--law")
+}
+
+/// What `fit` makes with some options.
+pub(super) fn name(options: &[String]) -> String {
+    format!("{} for {BOARD}", if is_law(options) { "law" } else { "patch" })
+}
+
+/// How far the patch is off the tests, if by more than the tolerance of its fit beside what the
+/// model itself is off [%], or if nothing was compared.
+pub(super) fn far_off(beside: &[Beside], model_pct: f64, tolerance_pct: f64) -> Option<String> {
+    let compared = || beside.iter().flat_map(|test| test.rms_pct).filter(|pct| !pct.is_nan());
+    let worst_pct = compared().fold(0.0, f64::max);
+    if compared().next().is_none() {
+        return Some("the patch was not compared with any row".into());
+    }
+    let far = worst_pct > model_pct.hypot(tolerance_pct);
+    far.then(|| {
+        format!("the patch is {worst_pct:.1} % rms of the peak off the data, more than {tolerance_pct} % beside the model")
+    })
 }
 
 /// Fits a patch to the scene with some options, and presses it as in the tests. Returns each test
@@ -52,14 +77,14 @@ pub(super) fn fit_and_judge(
         Err(Error::Tissue(TissueError::Check(why))) => Some(why),
         fit => fit.map(|()| None)?,
     };
-    let kind = if options.iter().any(|option| option == "--law") { "law" } else { BOARD };
+    let kind = if is_law(options) { "law" } else { BOARD };
     let patch = format!("{}-{kind}.patch", Scene::load_with(&scene, &[])?.name);
     let path = out.canonicalize().unwrap_or_else(|_| out.into()).join(patch);
-    println!("\nthe patch for {BOARD} beside the data, in % rms of the peak:");
+    println!("\n{} beside the data, in % rms of the peak:", name(options));
     let beside = records.iter().zip(&found.tests).map(|(record, test)| {
         let beside = beside(&scene, options, &path, found.delay_s, (record, test))?;
         let [press, hold, retreat] = beside.rms_pct.map(|pct| match pct.is_nan() {
-            true => "not compared (none, or after the patch's depth limit)".to_owned(),
+            true => format!("not compared (none, deeper than the patch, or after {LONGEST_S} s)"),
             false => format!("{pct:.2}"),
         });
         println!("  {}: press {press}, hold {hold}, retreat {retreat} (the identified model: {:.2})", record.name, found.rms_pct);
@@ -94,31 +119,38 @@ fn beside(
     let mut memory = Memory::for_model(&model);
     let (tuned, mut state) = memory.start(&model, &session.params)?;
     let depths_m = record.delayed_m(delay_s, test.contact_m);
-    // a patch may meet its first tip in air only
-    let lead_m = 2.0 * record.speed_m_per_s() * TICK_S;
-    let mut at = (record.time_s[0], depths_m[0].min(-lead_m));
-    let mut force_n = Vec::new();
-    for (n, depth_m) in depths_m.iter().enumerate() {
-        if *depth_m > most_m * (1.0 + SAME) || record.time_s[n] - record.time_s[0] > LONGEST_S {
-            break;
+    // a patch may meet its first tips in air only
+    let air_m = depths_m[0].min(-2.0 * record.speed_m_per_s() * TICK_S);
+    let lead = (0..LEAD_TICKS).map(|k| air_m + (depths_m[0] - air_m) * k as f64 / LEAD_TICKS as f64);
+    let compared = record
+        .time_s
+        .iter()
+        .zip(&depths_m)
+        .take_while(|(time_s, depth_m)| **depth_m <= most_m * (1.0 + SAME) && *time_s - record.time_s[0] <= LONGEST_S);
+    let rows: Vec<(f64, f64)> = compared.map(|(time_s, depth_m)| ((time_s - record.time_s[0]) / TICK_S, *depth_m)).collect();
+    let mut press = |depth_m: f64| {
+        let output = palpate::tick(&model, &tuned, &mut state, ProbePose { tip_m: session.tip_m(depth_m) });
+        let force_n = f64::from(output.force_n.dot(&session.params.probe.axis));
+        let why = |fault| TissueError::Check(format!("the patch does not press as in the test: {fault}"));
+        output.fault.map_or(Ok(force_n), |fault| Err(why(fault)))
+    };
+    let (mut force_n, mut now_n, mut ticks) = (Vec::new(), 0.0, 0.0);
+    lead.map(&mut press).collect::<Result<Vec<_>, _>>()?;
+    for (n, (at, depth_m)) in rows.iter().enumerate() {
+        // of rows within a tick the patch sees the first
+        let (from, from_m) = rows[n.saturating_sub(1)];
+        while ticks <= *at {
+            let share = if n == 0 { 1.0 } else { (ticks - from) / (at - from) };
+            now_n = press(from_m + (depth_m - from_m) * share)?;
+            ticks += 1.0;
         }
-        let ticks = ((record.time_s[n] - at.0) / TICK_S).round().max(1.0);
-        for k in 1..=ticks as usize {
-            let tip_m = session.tip_m(at.1 + (depth_m - at.1) * k as f64 / ticks);
-            let output = palpate::tick(&model, &tuned, &mut state, ProbePose { tip_m });
-            if let Some(fault) = output.fault {
-                return Err(TissueError::Check(format!("the patch does not press as in the test: {fault}")).into());
-            }
-            force_n.resize(n + 1, 0.0);
-            force_n[n] = f64::from(output.force_n.dot(&session.params.probe.axis));
-        }
-        at = (record.time_s[n], *depth_m);
+        force_n.push(now_n);
     }
     let peak_n = record.force_n.iter().copied().fold(0.0, f64::max);
     let segments = [&record.segments.press, &record.segments.hold, &record.segments.retreat];
-    let rms_pct = segments.map(|rows| match !rows.is_empty() && rows.end <= force_n.len() {
-        true => rms_pct(&force_n[rows.clone()], &record.force_n[rows.clone()], peak_n),
-        false => f64::NAN,
+    let rms_pct = segments.map(|rows| {
+        let rows = rows.start..rows.end.min(force_n.len());
+        if rows.is_empty() { f64::NAN } else { rms_pct(&force_n[rows.clone()], &record.force_n[rows], peak_n) }
     });
     Ok(Beside { rms_pct, force_n })
 }

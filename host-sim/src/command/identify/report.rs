@@ -6,7 +6,7 @@ use palpate_fit::identify::record::Record;
 use palpate_fit::identify::study::Identified;
 use serde::Serialize;
 
-use super::patch::{BOARD, Beside};
+use super::patch::Beside;
 use crate::command::options::identify::IdentifyArgs;
 
 /// Number of sentences on what the data cannot say that are printed, within the first ten lines.
@@ -58,7 +58,7 @@ pub(super) fn print(args: &IdentifyArgs, found: &Identified, records: &[Record],
         criteria.join(", ")
     );
     println!(
-        "stiffening gains {:.1} of it; without it E = {:.3} kPa and the forces are {:.2} % rms of the peak off",
+        "stiffening lowers the criterion by {:.1}; without stiffening E = {:.3} kPa and the forces are {:.2} % rms of the peak off",
         found.exponent_gain,
         found.plain.0.youngs_modulus_pa * 1e-3,
         found.plain.1
@@ -78,7 +78,7 @@ pub(super) fn print(args: &IdentifyArgs, found: &Identified, records: &[Record],
             println!("  {name:18} {pct:5.2} % rms of the peak, {}", if *fitted { "fitted" } else { "predicted" });
         }
         if let Some([measured, ours]) = test.lift_off_m {
-            println!("  lift-off at {:.2} mm, predicted at {:.2} mm", measured * 1e3, ours * 1e3);
+            println!("  lift-off {:.2} mm below first contact, predicted {:.2} mm", measured * 1e3, ours * 1e3);
         }
     }
     for slide in &found.slides {
@@ -98,7 +98,7 @@ pub(super) fn print(args: &IdentifyArgs, found: &Identified, records: &[Record],
 }
 
 /// Data, model and residual over time, and the force of the patch if there is one.
-pub(super) fn figure(found: &Identified, records: &[Record], beside: &[Beside]) -> Figure {
+pub(super) fn figure(found: &Identified, records: &[Record], (beside, name): (&[Beside], &str)) -> Figure {
     let (record, test) = (&records[0], &found.tests[0]);
     let unit = if record.force_n.iter().all(|f| f.abs() < 1.0) { (1e3, "mN") } else { (1.0, "N") };
     let over_time = |values: &dyn Fn(usize) -> f64| -> Vec<(f64, f64)> {
@@ -114,7 +114,7 @@ pub(super) fn figure(found: &Identified, records: &[Record], beside: &[Beside]) 
     let model = Series::curve("model", over_time(&|n| test.model_n[n]));
     let patch = beside.iter().take(1).map(|beside| {
         let points = record.time_s.iter().zip(&beside.force_n).map(|(t_s, force_n)| (t_s - record.time_s[0], force_n * unit.0));
-        Series::curve(format!("patch for {BOARD}"), points)
+        Series::curve(name, points)
     });
     let forces = [data, model].into_iter().chain(patch).collect();
     let rest = dots("measured less model", over_time(&|n| record.force_n[n] - test.model_n[n]));

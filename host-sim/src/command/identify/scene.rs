@@ -57,7 +57,7 @@ fn text(args: &IdentifyArgs, found: &Identified, records: &[Record], tissue: &Ti
     let _infallible = write!(
         text,
         "name = \"{name}\"\n[tissue]\nblock_m = [{}, {}, {}]{}\nyoungs_modulus_pa = {}  # instantaneous; {modulus}\n\
-         poisson_ratio = {:?}  # given, not identified\ndensity_kg_per_m3 = 1060.0  # assumed\nnodes = 410\n",
+         poisson_ratio = {:?}  # given, not identified\ndensity_kg_per_m3 = 1060.0  # assumed\n",
         digits(x),
         digits(y),
         digits(z),

@@ -148,5 +148,8 @@ fn a_key_that_is_left_out_has_its_default() {
 fn the_default_numbers_of_nodes_are_those_of_the_mesher() {
     let tables = tables();
     let nodes = tables.iter().flat_map(|table| &table.keys).find(|key| key.name == "nodes").unwrap();
-    assert_eq!(nodes.default, format!("{DEFAULT_NODES} of a block, {DEFAULT_ORGAN_NODES} of an organ or a surface"));
+    assert_eq!(
+        nodes.default,
+        format!("{DEFAULT_NODES} of a block, or as many as its proportions need; {DEFAULT_ORGAN_NODES} of an organ or a surface")
+    );
 }

@@ -77,7 +77,7 @@ impl Signal {
         let counted = rows.len();
         if counted < FEWEST_ROWS {
             return Err(format!(
-                "{counted} rows at different times: a test needs at least {FEWEST_ROWS}; record force and depth while the tip moves in"
+                "number of rows at different times is {counted}: a test needs at least {FEWEST_ROWS}; record force and depth while the tip moves in"
             ));
         }
         let [far, also] = [1, 2].map(|k| spikes(&column(&rows, k)));
