@@ -92,7 +92,7 @@ impl Elastic {
     }
 
     /// Takes forces over E at [`depths_m`] for ascending exponents; the force at small depth is
-    /// `scale` times depth to `power`. An exponent without all of its forces ends the list.
+    /// `scale` times depth to `power`. An exponent without all of its forces is left out.
     #[must_use]
     pub fn of(deepest_m: f64, scale: f64, power: f64, solved: &[(f64, Vec<f64>)]) -> Option<Self> {
         let depths_m = depths_m(deepest_m);
@@ -104,9 +104,9 @@ impl Elastic {
                 SVector::<f64, DEPTHS>::from_fn(|n, _| (forces[n] / (scale * depths_m[n].powf(power))).ln() * place(depths_m[n]));
             rows.r().solve_upper_triangular(&(rows.q().transpose() * right)).map(Into::into)
         };
-        let whole = solved.iter().take_while(|(_, forces)| forces.len() == DEPTHS && forces.iter().all(|f| *f > 0.0));
-        let polynomials: Vec<[f64; TERMS]> = whole.map(|(_, forces)| of(forces)).collect::<Option<_>>()?;
-        let exponents = solved.iter().map(|(b, _)| *b).take(polynomials.len()).collect();
+        let whole = solved.iter().filter(|(_, forces)| forces.len() == DEPTHS && forces.iter().all(|f| *f > 0.0));
+        let curves: Vec<(f64, [f64; TERMS])> = whole.map(|(b, forces)| Some((*b, of(forces)?))).collect::<Option<_>>()?;
+        let (exponents, polynomials): (Vec<f64>, Vec<[f64; TERMS]>) = curves.into_iter().unzip();
         (!polynomials.is_empty()).then_some(Self { deepest_m, scale, power, exponents, polynomials })
     }
 

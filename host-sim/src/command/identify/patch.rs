@@ -39,7 +39,7 @@ fn is_law(options: &[String]) -> bool {
     options.iter().any(|option| option == "--law")
 }
 
-/// What `fit` makes with some options.
+/// Name for people of the model that `fit` makes with some options.
 pub(super) fn name(options: &[String]) -> String {
     format!("{} for {BOARD}", if is_law(options) { "law" } else { "patch" })
 }
