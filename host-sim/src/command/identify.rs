@@ -175,11 +175,12 @@ impl IdentifyArgs {
             return verdict.last();
         }
         let scene = out.join(scene::name(&found, self.takes_a_law(&found)));
+        let name = patch::name(&options);
         let (beside, unpromised) = patch::fit_and_judge(&scene, &options, &out.join("board"), &found, &records)?;
         stop::says_what_stays(&folder);
-        self.write(&folder, &found, &records, (&beside, &patch::name(&options)))?;
-        println!("\nwrote its force into {}: summary.json, identified.svg and .png", out.display());
-        match (unpromised, patch::far_off(&beside, found.rms_pct, TOLERANCE_PCT)) {
+        self.write(&folder, &found, &records, (&beside, &name))?;
+        println!("\nwrote the force of the {name} into {}: summary.json, identified.svg and .png", out.display());
+        match (unpromised, patch::far_off(&beside, &records, &name, TOLERANCE_PCT)) {
             (Some(why), _) => {
                 Verdict::of(Err::<(), _>(TissueError::Check(format!("{headline}; the patch: {why}"))), String::new)?.last()
             }

@@ -50,7 +50,11 @@ fn pack(common: &Common, board: &BoardArg, nodes: Option<usize>) -> Result<(), E
         };
         match (nodes, scene.tissue.block_m) {
             (Some(n), _) => sized(n),
-            (None, Some(_)) => largest(sized, scene.tissue.nodes.unwrap_or(DEFAULT_NODES)),
+            (None, Some(_)) => match scene.tissue.nodes {
+                Some(n) => largest(sized, n),
+                // a block may need more nodes than the default
+                None => largest(sized, DEFAULT_NODES).or_else(|_| Packed::of(scene, machine)),
+            },
             (None, None) => Packed::of(scene, machine),
         }
     };

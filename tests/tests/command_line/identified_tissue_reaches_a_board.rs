@@ -20,7 +20,7 @@ fn recording(from_mm: f64, faster: f64) -> String {
     rows.fold("time_s,depth_mm,force_mN\n".to_owned(), |text, row| text + &row)
 }
 
-/// The tip is in air first, or already in the tissue and so fast that a tick spans several rows.
+/// The tip is in air first, or already in the tissue and so fast that rows come within a tick.
 #[test]
 #[ignore = "long: two minutes of finite elements"]
 fn press_hold_and_retreat_of_the_law_are_those_of_the_recording() {

@@ -234,12 +234,14 @@ fn made_up_tissues_are_identified() {
 }
 
 /// Noise differs from row to row, so rows make up for it: at 60 per second 27 of these 40 moduli
-/// are within the target, at 240 per second 36.
+/// are within the target, at 240 per second 36, at 1000 per second, as test machines record, 39.
 #[test]
-#[ignore = "finite elements for half an hour: 40 tests with known constants and many rows"]
-fn four_times_the_rows_tell_the_modulus() {
-    let [modulus, ..] = counted(240.0, 40);
-    assert!(modulus.right() >= 0.85 && modulus.told_right() >= 0.9, "{modulus}");
+#[ignore = "finite elements for an hour: 40 tests with known constants and many rows"]
+fn the_rows_of_a_test_machine_tell_the_modulus() {
+    let [modulus, exponent, shares] = counted(1000.0, 40);
+    for tally in [modulus, exponent, shares] {
+        assert!(tally.right() >= 0.95 && tally.told_right() >= 0.95, "{tally}");
+    }
 }
 
 #[test]

@@ -69,7 +69,8 @@ pub fn depths_m(deepest_m: f64) -> [f64; DEPTHS] {
 }
 
 impl Elastic {
-    /// Solves a ball on a slab to a depth [m]; `None` if some press finds no equilibrium.
+    /// Solves a ball on a slab to a depth [m]; `None` if a press without stiffening finds no
+    /// equilibrium.
     #[must_use]
     pub fn solve(setup: &Setup, deepest_m: f64) -> Option<Self> {
         Self::solve_at(setup, deepest_m, &EXPONENTS)
@@ -92,7 +93,8 @@ impl Elastic {
     }
 
     /// Takes forces over E at [`depths_m`] for ascending exponents; the force at small depth is
-    /// `scale` times depth to `power`. An exponent without all of its forces is left out.
+    /// `scale` times depth to `power`. One exponent without all of its forces is left out, but not
+    /// the first one; the second one without them ends the list.
     #[must_use]
     pub fn of(deepest_m: f64, scale: f64, power: f64, solved: &[(f64, Vec<f64>)]) -> Option<Self> {
         let depths_m = depths_m(deepest_m);
@@ -104,7 +106,13 @@ impl Elastic {
                 SVector::<f64, DEPTHS>::from_fn(|n, _| (forces[n] / (scale * depths_m[n].powf(power))).ln() * place(depths_m[n]));
             rows.r().solve_upper_triangular(&(rows.q().transpose() * right)).map(Into::into)
         };
-        let whole = solved.iter().filter(|(_, forces)| forces.len() == DEPTHS && forces.iter().all(|f| *f > 0.0));
+        let is_whole = |forces: &[f64]| forces.len() == DEPTHS && forces.iter().all(|f| *f > 0.0);
+        let mut missing = 0;
+        let near = solved.iter().enumerate().take_while(|(n, (_, forces))| {
+            missing += if is_whole(forces) { 0 } else { 1 + usize::from(*n == 0) };
+            missing < 2
+        });
+        let whole = near.map(|(_, of)| of).filter(|(_, forces)| is_whole(forces));
         let curves: Vec<(f64, [f64; TERMS])> = whole.map(|(b, forces)| Some((*b, of(forces)?))).collect::<Option<_>>()?;
         let (exponents, polynomials): (Vec<f64>, Vec<[f64; TERMS]>) = curves.into_iter().unzip();
         (!polynomials.is_empty()).then_some(Self { deepest_m, scale, power, exponents, polynomials })

@@ -17,10 +17,10 @@ use crate::error::Error;
 /// Board of the patch.
 pub(super) const BOARD: &str = "m4f-168";
 
-/// Speeds for which a patch is prepared [m/s].
-const SPEEDS_M_PER_S: [f64; 2] = [1e-5, 1.0];
 /// Time of a test after which a patch is not compared any more [s].
 const LONGEST_S: f64 = 1000.0;
+/// Part of a tick by which a row may come before it (1): rounding of the times.
+const SAME_TICK: f64 = 1e-6;
 /// Ticks from the air to the first row of a test.
 const LEAD_TICKS: usize = 50;
 /// Relative difference up to which two depths are the same (1).
@@ -31,6 +31,8 @@ pub(super) struct Beside {
     /// Rms differences over the peak [%] in press, hold and retreat, as far as they are compared;
     /// not a number without such rows.
     pub rms_pct: [f64; 3],
+    /// Those of the identified tissue in the same rows.
+    tissue_rms_pct: [f64; 3],
     /// Force of the patch in the first rows of the record, as far as they are compared [N].
     pub force_n: Vec<f64>,
 }
@@ -44,18 +46,23 @@ pub(super) fn name(options: &[String]) -> String {
     format!("{} for {BOARD}", if is_law(options) { "law" } else { "patch" })
 }
 
-/// How far the patch is off the tests, if by more than the tolerance of its fit beside what the
-/// model itself is off [%], or if nothing was compared.
-pub(super) fn far_off(beside: &[Beside], model_pct: f64, tolerance_pct: f64) -> Option<String> {
-    let compared = || beside.iter().flat_map(|test| test.rms_pct).filter(|pct| !pct.is_nan());
-    let worst_pct = compared().fold(0.0, f64::max);
-    if compared().next().is_none() {
-        return Some("the patch was not compared with any row".into());
-    }
-    let far = worst_pct > model_pct.hypot(tolerance_pct);
-    far.then(|| {
-        format!("the patch is {worst_pct:.1} % rms of the peak off the data, more than {tolerance_pct} % beside the model")
-    })
+/// How far a model is off the tests in a segment, if by more than the tolerance of its fit beside
+/// what the identified tissue itself is off there [%], and which rows were not compared.
+pub(super) fn far_off(beside: &[Beside], records: &[Record], name: &str, tolerance_pct: f64) -> Option<String> {
+    let segments = beside.iter().flat_map(|test| test.rms_pct.into_iter().zip(test.tissue_rms_pct));
+    let over = segments.map(|(pct, tissue_pct)| (pct, tissue_pct.hypot(tolerance_pct))).filter(|(pct, most)| pct > most);
+    let worst = over.max_by(|(a, _), (b, _)| a.total_cmp(b));
+    let worst = worst.map(|(pct, most)| format!("the {name} is {pct:.1} % rms of the peak off the data, {most:.1} % is allowed"));
+    let cut = beside.iter().zip(records).find(|(test, record)| test.force_n.len() < record.time_s.len());
+    let cut = cut.map(|(test, record)| {
+        let at_s = record.time_s[test.force_n.len()] - record.time_s[0];
+        format!(
+            "the {name} was compared with {} up to {at_s:.2} s only, as it ends at a smaller depth or after {LONGEST_S} s",
+            record.name
+        )
+    });
+    let said: Vec<String> = worst.into_iter().chain(cut).collect();
+    (!said.is_empty()).then(|| said.join("; "))
 }
 
 /// Fits a patch to the scene with some options, and presses it as in the tests. Returns each test
@@ -83,11 +90,11 @@ pub(super) fn fit_and_judge(
     println!("\n{} beside the data, in % rms of the peak:", name(options));
     let beside = records.iter().zip(&found.tests).map(|(record, test)| {
         let beside = beside(&scene, options, &path, found.delay_s, (record, test))?;
-        let [press, hold, retreat] = beside.rms_pct.map(|pct| match pct.is_nan() {
+        let said = |n: usize| match beside.rms_pct[n].is_nan() {
             true => format!("not compared (none, deeper than the patch, or after {LONGEST_S} s)"),
-            false => format!("{pct:.2}"),
-        });
-        println!("  {}: press {press}, hold {hold}, retreat {retreat} (the identified model: {:.2})", record.name, found.rms_pct);
+            false => format!("{:.2} (the tissue {:.2})", beside.rms_pct[n], beside.tissue_rms_pct[n]),
+        };
+        println!("  {}: press {}, hold {}, retreat {}", record.name, said(0), said(1), said(2));
         Ok(beside)
     });
     Ok((beside.collect::<Result<_, Error>>()?, unpromised))
@@ -106,11 +113,8 @@ fn beside(
         Drive::Depth { holds_m, .. } => holds_m.iter().copied().fold(0.0, f64::max),
         _ => test.depth_m,
     };
-    let mut changes = vec![
-        format!("solver.patch={}", patch.display()),
-        format!("drive.holds_m=[{:?}]", test.depth_m.min(most_m)),
-        format!("drive.ramp_m_per_s={:?}", record.speed_m_per_s().clamp(SPEEDS_M_PER_S[0], SPEEDS_M_PER_S[1])),
-    ];
+    let mut changes =
+        vec![format!("solver.patch={}", patch.display()), format!("drive.holds_m=[{:?}]", test.depth_m.min(most_m))];
     let set = options.iter().position(|option| option == "--set");
     changes.extend(set.and_then(|at| options.get(at + 1)).cloned());
     let changes = changes.iter().map(|change| change.parse().map_err(TissueError::Usage)).collect::<Result<Vec<Change>, _>>()?;
@@ -137,9 +141,9 @@ fn beside(
     let (mut force_n, mut now_n, mut ticks) = (Vec::new(), 0.0, 0.0);
     lead.map(&mut press).collect::<Result<Vec<_>, _>>()?;
     for (n, (at, depth_m)) in rows.iter().enumerate() {
-        // of rows within a tick the patch sees the first
+        // a row has the force of the last tick before it; rows within a tick have the same one
         let (from, from_m) = rows[n.saturating_sub(1)];
-        while ticks <= *at {
+        while ticks <= *at + SAME_TICK {
             let share = if n == 0 { 1.0 } else { (ticks - from) / (at - from) };
             now_n = press(from_m + (depth_m - from_m) * share)?;
             ticks += 1.0;
@@ -148,9 +152,11 @@ fn beside(
     }
     let peak_n = record.force_n.iter().copied().fold(0.0, f64::max);
     let segments = [&record.segments.press, &record.segments.hold, &record.segments.retreat];
-    let rms_pct = segments.map(|rows| {
-        let rows = rows.start..rows.end.min(force_n.len());
-        if rows.is_empty() { f64::NAN } else { rms_pct(&force_n[rows.clone()], &record.force_n[rows], peak_n) }
-    });
-    Ok(Beside { rms_pct, force_n })
+    let rms_pct = |of_n: &[f64]| {
+        segments.map(|rows| {
+            let rows = rows.start..rows.end.min(force_n.len());
+            if rows.is_empty() { f64::NAN } else { rms_pct(&of_n[rows.clone()], &record.force_n[rows], peak_n) }
+        })
+    };
+    Ok(Beside { rms_pct: rms_pct(&force_n), tissue_rms_pct: rms_pct(&test.model_n), force_n })
 }
