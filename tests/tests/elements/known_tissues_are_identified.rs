@@ -1,6 +1,7 @@
 //! `identify` finds constants that are known, and says where it cannot.
 
-use palpate_fit::identify::elastic::{Elastic, Setup};
+use palpate_fit::identify::axial::Cylinder;
+use palpate_fit::identify::elastic::{Elastic, Setup, depths_m};
 use palpate_fit::identify::fit::Quantity;
 use palpate_fit::identify::model::Tissue;
 use palpate_fit::identify::record::{Record, Table};
@@ -191,6 +192,22 @@ fn a_first_guess_of_contact_that_is_too_early_is_left() {
     println!("{:.0} in {:.0?}, made with {truth:.0}", e.value, e.interval);
     assert!((e.value / truth - 1.0).abs() < 0.05 && e.interval[0] < truth && truth < e.interval[1], "{e:?}");
     assert!(!found.trusts_zero, "all three come down to the surface");
+}
+
+/// The energy of this press was once too noisy for the line search.
+#[test]
+fn a_shallow_press_of_a_large_slab_finds_its_equilibrium() {
+    let side_m: f64 = 0.130_731_259_795_419_66;
+    let cylinder = Cylinder {
+        ball_m: 0.003_819_671_787_693_569_4,
+        radius_m: (side_m * side_m / std::f64::consts::PI).sqrt(),
+        height_m: 0.032_682_814_948_854_916,
+        poisson_ratio: 0.45,
+        stiffening_b: 1.353_215,
+        fineness: 0.17,
+    };
+    let depths_m = depths_m(0.002_869_367_862_734_536);
+    assert_eq!(cylinder.forces_m2(&depths_m).len(), depths_m.len());
 }
 
 /// Counts of modulus, exponent and shares over drawn cases of three tests each, as the guide

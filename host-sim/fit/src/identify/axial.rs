@@ -370,24 +370,3 @@ fn solve(band: &[f64], width: usize, x: &mut [f64]) {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The energy of this press was once too noisy for the line search.
-    #[test]
-    fn a_shallow_press_of_a_large_slab_finds_its_equilibrium() {
-        let radius_m = 0.130_731_259_795_419_66 / std::f64::consts::PI.sqrt();
-        let cylinder = Cylinder {
-            ball_m: 0.003_819_671_787_693_569_4,
-            radius_m,
-            height_m: 0.032_682_814_948_854_916,
-            poisson_ratio: 0.45,
-            stiffening_b: 1.353_215,
-            fineness: 0.17,
-        };
-        let depths_m = crate::identify::elastic::depths_m(0.002_869_367_862_734_536);
-        assert_eq!(cylinder.forces_m2(&depths_m).len(), depths_m.len());
-    }
-}
