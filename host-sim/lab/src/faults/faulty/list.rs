@@ -122,7 +122,7 @@ pub const FAULTS: &[FaultType] = &[
     drive("A3", "force of the wrong sign", ForceFault::Scaled(-1.0), FOR_EVER, Expected::Bounded(WRONG_WAY)),
     with(
         "A3-free",
-        "wrong sign, nobody holds",
+        "wrong sign, unheld",
         Injection::ForceFault(ForceFault::Scaled(-1.0)),
         FOR_EVER,
         Needs::NobodysForce,
@@ -131,7 +131,7 @@ pub const FAULTS: &[FaultType] = &[
     ),
     with(
         "A3-weak",
-        "wrong sign, a third, nobody holds",
+        "wrong sign, a third, unheld",
         Injection::ForceFault(ForceFault::Scaled(-0.33)),
         FOR_EVER,
         Needs::NobodysForce,

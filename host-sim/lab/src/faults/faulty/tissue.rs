@@ -46,12 +46,17 @@ impl<S: Surface> Renderer for FaultyTissue<'_, S> {
             Some(TissueFault::Force(force_n)) => {
                 output.force_n = normal * force_n;
                 output.normal = normal;
+                // nothing of it comes from the guard, whose share the plausibility check leaves out
+                output.continuation_n = 0.0;
             }
             Some(TissueFault::Aside(force_n)) => {
                 output.force_n += self.surface.site().along.cast() * force_n;
                 output.normal = output.force_n.normalize();
             }
-            Some(TissueFault::Scaled(ratio)) => output.force_n *= ratio,
+            Some(TissueFault::Scaled(ratio)) => {
+                output.force_n *= ratio;
+                output.continuation_n *= ratio;
+            }
             Some(TissueFault::Active(force_n)) if output.depth_m > 0.0 && displacement_m.dot(&normal) > 0.0 => {
                 output.force_n += normal * force_n;
             }
