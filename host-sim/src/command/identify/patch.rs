@@ -100,7 +100,7 @@ pub(super) fn fit_and_judge(
     Ok((beside.collect::<Result<_, Error>>()?, unpromised))
 }
 
-/// Moves the tip over a patch of a scene as in a test, tick by tick.
+/// Presses a patch of a scene as in a test, and judges both it and the identified tissue.
 fn beside(
     scene: &str,
     options: &[String],
@@ -119,27 +119,41 @@ fn beside(
     changes.extend(set.and_then(|at| options.get(at + 1)).cloned());
     let changes = changes.iter().map(|change| change.parse().map_err(TissueError::Usage)).collect::<Result<Vec<Change>, _>>()?;
     let session = Session::prepare(&Scene::load_with(scene, &changes)?)?;
-    let model = session.patch.wide_model();
-    let mut memory = Memory::for_model(&model);
-    let (tuned, mut state) = memory.start(&model, &session.params)?;
     let depths_m = record.delayed_m(delay_s, test.contact_m);
     // a patch may meet its first tips in air only
     let air_m = depths_m[0].min(-2.0 * record.speed_m_per_s() * TICK_S);
-    let lead = (0..LEAD_TICKS).map(|k| air_m + (depths_m[0] - air_m) * k as f64 / LEAD_TICKS as f64);
-    let compared = record
-        .time_s
-        .iter()
-        .zip(&depths_m)
-        .take_while(|(time_s, depth_m)| **depth_m <= most_m * (1.0 + SAME) && *time_s - record.time_s[0] <= LONGEST_S);
-    let rows: Vec<(f64, f64)> = compared.map(|(time_s, depth_m)| ((time_s - record.time_s[0]) / TICK_S, *depth_m)).collect();
+    let since_s = record.time_s.iter().map(|time_s| time_s - record.time_s[0]);
+    let compared = since_s.zip(&depths_m).take_while(|(at_s, depth_m)| **depth_m <= most_m * (1.0 + SAME) && *at_s <= LONGEST_S);
+    let rows: Vec<(f64, f64)> = compared.map(|(at_s, depth_m)| (at_s / TICK_S, *depth_m)).collect();
+    let force_n = pressed_n(&session, air_m, &rows)?;
+    let peak_n = record.force_n.iter().copied().fold(0.0, f64::max);
+    let segments = [&record.segments.press, &record.segments.hold, &record.segments.retreat];
+    let rms_pct = |of_n: &[f64]| {
+        segments.map(|rows| {
+            let rows = rows.start..rows.end.min(force_n.len());
+            if rows.is_empty() { f64::NAN } else { rms_pct(&of_n[rows.clone()], &record.force_n[rows], peak_n) }
+        })
+    };
+    Ok(Beside { rms_pct: rms_pct(&force_n), tissue_rms_pct: rms_pct(&test.model_n), force_n })
+}
+
+/// Moves the tip of a session tick by tick, from the air through rows of time [ticks] and
+/// depth [m]; returns the force along the axis at each row [N].
+fn pressed_n(session: &Session, air_m: f64, rows: &[(f64, f64)]) -> Result<Vec<f64>, Error> {
+    let model = session.patch.wide_model();
+    let mut memory = Memory::for_model(&model);
+    let (tuned, mut state) = memory.start(&model, &session.params)?;
     let mut press = |depth_m: f64| {
         let output = palpate::tick(&model, &tuned, &mut state, ProbePose { tip_m: session.tip_m(depth_m) });
         let force_n = f64::from(output.force_n.dot(&session.params.probe.axis));
         let why = |fault| TissueError::Check(format!("the patch does not press as in the test: {fault}"));
         output.fault.map_or(Ok(force_n), |fault| Err(why(fault)))
     };
+    let first_m = rows.first().map_or(air_m, |(_, depth_m)| *depth_m);
+    for k in 0..LEAD_TICKS {
+        press(air_m + (first_m - air_m) * k as f64 / LEAD_TICKS as f64)?;
+    }
     let (mut force_n, mut now_n, mut ticks) = (Vec::new(), 0.0, 0.0);
-    lead.map(&mut press).collect::<Result<Vec<_>, _>>()?;
     for (n, (at, depth_m)) in rows.iter().enumerate() {
         // a row has the force of the last tick before it; rows within a tick have the same one
         let (from, from_m) = rows[n.saturating_sub(1)];
@@ -150,13 +164,5 @@ fn beside(
         }
         force_n.push(now_n);
     }
-    let peak_n = record.force_n.iter().copied().fold(0.0, f64::max);
-    let segments = [&record.segments.press, &record.segments.hold, &record.segments.retreat];
-    let rms_pct = |of_n: &[f64]| {
-        segments.map(|rows| {
-            let rows = rows.start..rows.end.min(force_n.len());
-            if rows.is_empty() { f64::NAN } else { rms_pct(&of_n[rows.clone()], &record.force_n[rows], peak_n) }
-        })
-    };
-    Ok(Beside { rms_pct: rms_pct(&force_n), tissue_rms_pct: rms_pct(&test.model_n), force_n })
+    Ok(force_n)
 }
