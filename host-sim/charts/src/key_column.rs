@@ -1,7 +1,7 @@
 //! Draws the legend beside a plot in a column of its own, so that it cannot cover data.
 
 use plotters::drawing::DrawingAreaErrorKind;
-use plotters::element::{DashedPathElement, PathElement, Rectangle};
+use plotters::element::{Circle, DashedPathElement, PathElement, Rectangle};
 use plotters::prelude::DrawingBackend;
 use plotters::style::text_anchor::{HPos, VPos};
 use plotters::style::{Color, RGBColor};
@@ -10,7 +10,7 @@ use super::canvas::Area;
 use super::canvas::Drawn;
 use super::layout::{MARGIN_PX, cut, width};
 use super::marker::{self, Look};
-use super::style::{INK, TICK_PX, line, px, text};
+use super::style::{INK, MUTED, TICK_PX, line, px, text};
 
 /// Graphic in front of a name in the legend.
 #[derive(Clone, Copy)]
@@ -21,6 +21,8 @@ pub enum Sign {
     Patch(RGBColor),
     /// A thin outline.
     Wire(RGBColor),
+    /// A disc of this radius [px].
+    Disc(f64),
     /// A dashed line.
     Dashes(RGBColor),
 }
@@ -74,6 +76,7 @@ fn draw_sign<DB: DrawingBackend>(area: &Area<DB>, sign: Sign, left: i32, y: i32)
         }
         Sign::Patch(color) => area.draw(&Rectangle::new(corners, color.filled())),
         Sign::Wire(color) => area.draw(&Rectangle::new(corners, line(color, 1.6))),
+        Sign::Disc(radius_px) => area.draw(&Circle::new((left + px(13.0), y), px(radius_px), MUTED.filled())),
         Sign::Dashes(color) => area.draw(&DashedPathElement::new(stroke, px(5.0), px(4.0), line(color, 1.6))),
     }
 }

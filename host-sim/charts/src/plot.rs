@@ -138,12 +138,14 @@ pub struct Plot {
     pub budget: Option<Level>,
     /// Points that no other beats in both axes, in the order of increasing x; may be empty.
     pub front: Vec<(f64, f64)>,
+    /// Meaning of some radii [px] of markers; may be empty.
+    pub sizes: Vec<(f64, String)>,
 }
 
 impl Plot {
     /// Curves over these axes.
     pub fn new(x: ScaledAxis, y: ScaledAxis, series: Vec<Series>) -> Self {
-        Self { x, y, series, levels: Vec::new(), budget: None, front: Vec::new() }
+        Self { x, y, series, levels: Vec::new(), budget: None, front: Vec::new(), sizes: Vec::new() }
     }
 
     /// Adds dashed horizontal lines.
@@ -334,6 +336,7 @@ impl Drawing<'_> {
         if !plot.front.is_empty() {
             entries.push((Sign::Wire(FRONT), "unbeaten in both"));
         }
+        entries.extend(plot.sizes.iter().map(|(radius_px, meaning)| (Sign::Disc(*radius_px), meaning.as_str())));
         entries
     }
 

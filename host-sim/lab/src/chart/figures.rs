@@ -1,5 +1,7 @@
 //! The pictures of the chart: one for each combination of stiffness, cost and error.
 
+use std::collections::BTreeSet;
+
 use palpate_charts::{Dot, Figure, Level, Plot, ScaledAxis, Series, radius_px};
 
 use super::report::{COSTS, ERRORS, moduli_pa};
@@ -62,7 +64,9 @@ pub(super) fn scatter(x: &str, y: &str, budget: Option<(f64, &str)>, methods: &[
         }));
     }
     let budget = budget.map(|(at, name)| Level::new(name, at));
-    Plot { budget, front, ..Plot::new(ScaledAxis::log(x), ScaledAxis::log(y), series) }
+    let nodes: BTreeSet<usize> = places.iter().map(|p| p.nodes).filter(|nodes| *nodes > 0).collect();
+    let sizes = nodes.into_iter().map(|nodes| (radius_px(nodes), format!("{nodes} nodes"))).collect();
+    Plot { budget, front, sizes, ..Plot::new(ScaledAxis::log(x), ScaledAxis::log(y), series) }
 }
 
 /// The pictures for rows whose times were measured on `processor`. A quantity without a reference
