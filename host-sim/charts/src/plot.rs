@@ -138,7 +138,7 @@ pub struct Plot {
     pub budget: Option<Level>,
     /// Points that no other beats in both axes, in the order of increasing x; may be empty.
     pub front: Vec<(f64, f64)>,
-    /// Meaning of some radii [px] of markers; may be empty.
+    /// Radii of markers in pixels with their meaning; may be empty.
     pub sizes: Vec<(f64, String)>,
 }
 
