@@ -10,6 +10,8 @@ const SOFTNESS: f64 = 3e-4;
 /// Residual over force at which a press has converged (1), and most iterations.
 const TOLERANCE: f64 = 1e-5;
 const MOST_ITERATIONS: usize = 60;
+/// Number of times that the way to a depth is halved, where no equilibrium is found at once.
+const MOST_HALVINGS: u32 = 4;
 /// Gauss points and weights on [-1, 1], exact to degree 5.
 const GAUSS: [(f64, f64); 3] = [(-0.774_596_669_241_483_4, 5.0 / 9.0), (0.0, 8.0 / 9.0), (0.774_596_669_241_483_4, 5.0 / 9.0)];
 
@@ -62,8 +64,6 @@ struct Mesh<'a> {
     r_m: Vec<f64>,
     z_m: Vec<f64>,
     width: usize,
-    /// Factor on the softness of the contact (1).
-    softer: f64,
 }
 
 impl Cylinder {
@@ -80,24 +80,24 @@ impl Cylinder {
         };
         let r_m = halved(graded(self.radius_m, fine_m, 1.15 * contact_m, 1.45));
         let z_m = halved(graded(self.height_m, fine_m, 0.5 * contact_m, 1.45));
-        let mut mesh = Mesh { of: self, softer: 1.0, width: 2 * (2 * z_m.len() + 3), r_m, z_m };
+        let mesh = Mesh { of: self, width: 2 * (2 * z_m.len() + 3), r_m, z_m };
         let mut u = vec![0.0; 2 * mesh.r_m.len() * mesh.z_m.len()];
         let mut before = (u.clone(), 0.0);
         let mut forces = Vec::new();
         for depth_m in depths_m {
             let last_m = forces.len().checked_sub(1).map_or(0.0, |n| depths_m[n]);
             let step = last_m - before.1;
-            let kept = u.clone();
-            if step > 0.0 {
-                let share = (depth_m - last_m) / step;
-                let ahead: Vec<f64> = u.iter().zip(&before.0).map(|(u, b)| u + share * (u - b)).collect();
-                if mesh.sum(&ahead, *depth_m, false).is_some() {
-                    u = ahead;
-                }
-            }
-            let Some(force) = mesh.press(&mut u, *depth_m) else { break };
+            let share = if step > 0.0 { (depth_m - last_m) / step } else { 0.0 };
+            let ahead: Vec<f64> = u.iter().zip(&before.0).map(|(u, b)| u + share * (u - b)).collect();
+            let from = (u, last_m);
+            u = ahead;
+            let found = mesh.settle(&mut u, *depth_m).or_else(|| {
+                u.clone_from(&from.0);
+                mesh.press(&mut u, last_m, *depth_m, MOST_HALVINGS)
+            });
+            let Some(force) = found else { break };
             forces.push(force);
-            before = (kept, last_m);
+            before = from;
         }
         forces
     }
@@ -113,21 +113,18 @@ impl Mesh<'_> {
         (node + 1).is_multiple_of(self.z_m.len()) || (node < self.z_m.len() && !vertical)
     }
 
-    /// Force over E at a depth [m^2]. Where no equilibrium is found at once, the contact begins
-    /// softer.
-    fn press(&mut self, u: &mut Vec<f64>, depth_m: f64) -> Option<f64> {
+    /// Force over E at a depth [m^2] from the equilibrium at another; where none is found at once,
+    /// the one half way there is found first.
+    fn press(&self, u: &mut Vec<f64>, from_m: f64, depth_m: f64, halvings: u32) -> Option<f64> {
         let kept = u.clone();
-        self.softer = 1.0;
         if let found @ Some(_) = self.settle(u, depth_m) {
             return found;
         }
-        *u = kept;
-        let mut force = None;
-        for softer in [100.0, 30.0, 10.0, 3.0, 1.0] {
-            self.softer = softer;
-            force = self.settle(u, depth_m);
-        }
-        force
+        let halvings = halvings.checked_sub(1)?;
+        u.clone_from(&kept);
+        let middle_m = from_m.midpoint(depth_m);
+        self.press(u, from_m, middle_m, halvings)?;
+        self.press(u, middle_m, depth_m, halvings)
     }
 
     /// Newton's method with a line search; the force over E [m^2].
@@ -282,7 +279,7 @@ impl Mesh<'_> {
     /// Energy of the contact and force on the ball, both over E; adds slope and tangent.
     fn contact(&self, u: &[f64], depth_m: f64, mut into: Option<(&mut Vec<f64>, &mut Vec<f64>)>) -> (f64, f64) {
         let (ball_m, width) = (self.of.ball_m, self.width);
-        let penalty = 1.0 / (self.softer * SOFTNESS * (ball_m * depth_m).sqrt());
+        let penalty = 1.0 / (SOFTNESS * (ball_m * depth_m).sqrt());
         let (mut energy, mut force) = (0.0, 0.0);
         for column in (0..self.r_m.len() - 2).step_by(2) {
             let half_r = 0.5 * (self.r_m[column + 2] - self.r_m[column]);

@@ -1,5 +1,6 @@
 //! Elastic force of a test over depth and stiffening exponent: finite elements at a few exponents,
-//! interpolated as a factor on the law of small depth, such as Hertz's.
+//! interpolated as a factor on the law of small depth, such as Hertz's. Once the exponent is about
+//! known, finer elements at that exponent take off the errors of elements and interpolation.
 //!
 //! The factor is 1 where the depth vanishes, and smooth in the square root of the depth, as it
 //! depends on the contact radius over the thickness. Its logarithm is a polynomial without a
@@ -15,8 +16,14 @@ const DEPTHS: usize = 14;
 const TERMS: usize = 6;
 /// Square root of the first solved depth over that of the deepest.
 const FIRST: f64 = 0.22;
-/// Size of the elements, divided by the largest contact radius.
+/// Sizes of the elements, divided by the largest contact radius: those of all exponents, and those
+/// of the one that is found. From a fifth of the depth on the former are within 0.4 % of elements of
+/// 0.05, the latter within 0.15 %.
 const FINENESS: f64 = 0.17;
+const FINER: f64 = 0.1;
+/// What still finer elements would change, over what these change (1): errors fall with the square
+/// of the size.
+pub const STILL_FINER: f64 = FINER * FINER / (FINENESS * FINENESS - FINER * FINER);
 /// Exponents at which forces are solved: Chebyshev points in ln(1 + b). Between five even ones the
 /// force was up to 7 % off where a press is half as deep as the slab, between nine 2 %.
 pub const EXPONENTS: [f64; 9] = [0.0, 0.111_294, 0.500_857, 1.353_215, 3.0, 5.799_209, 9.660_577, 13.397_626, 15.0];
@@ -51,6 +58,8 @@ pub struct Elastic {
     power: f64,
     exponents: Vec<f64>,
     polynomials: Vec<[f64; TERMS]>,
+    /// What finer elements add to the polynomials.
+    finer: [f64; TERMS],
 }
 
 /// Curve at one exponent.
@@ -80,6 +89,17 @@ impl Elastic {
     #[must_use]
     pub fn solve_at(setup: &Setup, deepest_m: f64, exponents: &[f64]) -> Option<Self> {
         Self::solve_with(setup, deepest_m, exponents, FINENESS)
+    }
+
+    /// The curves with the force of finer elements at an exponent; as they were if those find no
+    /// equilibrium.
+    #[must_use]
+    pub fn finer_at(mut self, setup: &Setup, b: f64) -> Self {
+        if let Some(found) = Self::solve_with(setup, self.deepest_m, &[b], FINER) {
+            let [fine, own] = [&found, &self].map(|of| of.at(b).polynomial);
+            self.finer.iter_mut().zip(fine.iter().zip(own)).for_each(|(add, (fine, own))| *add += fine - own);
+        }
+        self
     }
 
     /// Solves with elements of another size, divided by the largest contact radius.
@@ -115,7 +135,7 @@ impl Elastic {
         let whole = near.map(|(_, of)| of).filter(|(_, forces)| is_whole(forces));
         let curves: Vec<(f64, [f64; TERMS])> = whole.map(|(b, forces)| Some((*b, of(forces)?))).collect::<Option<_>>()?;
         let (exponents, polynomials): (Vec<f64>, Vec<[f64; TERMS]>) = curves.into_iter().unzip();
-        (!polynomials.is_empty()).then_some(Self { deepest_m, scale, power, exponents, polynomials })
+        (!polynomials.is_empty()).then_some(Self { deepest_m, scale, power, exponents, polynomials, finer: [0.0; TERMS] })
     }
 
     /// Largest exponent.
@@ -128,7 +148,7 @@ impl Elastic {
     #[must_use]
     pub fn at(&self, b: f64) -> Curve {
         let x = |b: f64| b.ln_1p();
-        let mut polynomial = [0.0; TERMS];
+        let mut polynomial = self.finer;
         for (n, of) in self.polynomials.iter().enumerate() {
             let others = (0..self.exponents.len()).filter(|m| *m != n).map(|m| self.exponents[m]);
             let weight: f64 = others.map(|other| (x(b) - x(other)) / (x(self.exponents[n]) - x(other))).product();

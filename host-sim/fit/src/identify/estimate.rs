@@ -36,6 +36,15 @@ impl Quantity {
             Self::Contact(k) => 2 + 2 * terms + k,
         }
     }
+
+    /// The quantity itself, where the fit moves it by its logarithm.
+    pub(super) fn outer(self, x: f64) -> f64 {
+        match self {
+            Self::Modulus | Self::Relaxed | Self::Time(_) => x.exp(),
+            Self::Exponent => x.exp_m1(),
+            Self::Share(_) | Self::Contact(_) => x,
+        }
+    }
 }
 
 /// A value with its 90 % interval.
@@ -52,6 +61,13 @@ pub struct Estimate {
 }
 
 impl Estimate {
+    /// With so much more on either side of the interval; no quantity but contact is below zero.
+    pub(super) fn wider(self, by: f64) -> Self {
+        let [low, high] = [self.interval[0] - by, self.interval[1] + by];
+        let low = if matches!(self.of, Quantity::Contact(_)) { low } else { low.max(0.0).min(self.interval[0]) };
+        Self { interval: [low, high], ..self }
+    }
+
     /// Half the width of the interval over the value (1).
     #[must_use]
     pub fn relative(&self) -> f64 {

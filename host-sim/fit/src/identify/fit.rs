@@ -4,11 +4,12 @@
 
 use std::ops::Range;
 
+use rayon::prelude::{IntoParallelIterator, ParallelIterator};
 use rmpfit::{MPConfig, MPFitter, MPPar, MPResult};
 
 use super::elastic::Elastic;
 pub use super::estimate::{Estimate, Quantity};
-use super::model::{Tissue, growing_n};
+use super::model::{Forces, Tissue};
 use super::record::{Record, quantile, repeats};
 
 /// Residual, in standard deviations, from which the loss grows linearly.
@@ -93,18 +94,6 @@ struct Least<'a> {
     forces: Vec<Forces>,
 }
 
-/// Forces of the model in the fitted rows of one record, and the unknowns that they are of: the
-/// tissue's, first contact and the delay. A derivative by one contact leaves the other records
-/// alone.
-#[derive(Clone, Debug, Default)]
-struct Forces {
-    tissue: Vec<f64>,
-    contact_m: f64,
-    delay_s: f64,
-    depth_m: Vec<f64>,
-    model_n: Vec<f64>,
-}
-
 impl MPFitter for Least<'_> {
     fn eval(&mut self, p: &[f64], out: &mut [f64]) -> MPResult<()> {
         self.problem.residuals(p, self.terms, &mut self.forces, out);
@@ -166,17 +155,11 @@ impl<'a> Problem<'a> {
 
     /// Forces of the model in the fitted rows of one record, with the zero of its sensor [N].
     fn forces<'f>(&self, p: &[f64], terms: usize, of: usize, kept: &'f mut Forces) -> impl Iterator<Item = f64> + 'f {
-        let (tissue, contact_m, delay_s) = (&p[..2 + 2 * terms], p[2 + 2 * terms + of], p[p.len() - 1]);
-        if kept.tissue != tissue || kept.contact_m != contact_m || kept.delay_s != delay_s {
-            let (record, rows, constants) = (&self.records[of], self.rows[of], Self::tissue(p, terms));
-            (kept.tissue, kept.contact_m, kept.delay_s) = (tissue.to_vec(), contact_m, delay_s);
-            kept.depth_m = record.delayed_m(delay_s, contact_m);
-            kept.depth_m.truncate(rows);
-            let curve = self.elastic.at(constants.stiffening_b);
-            growing_n(&constants, &curve, &record.time_s[..rows], &kept.depth_m, &mut kept.model_n);
-        }
+        let rows = (&self.records[of], self.rows[of]);
+        let (surface_m, delay_s) = (p[2 + 2 * terms + of], p[p.len() - 1]);
+        let force_n = kept.growing_n(self.elastic, &Self::tissue(p, terms), rows, surface_m, delay_s);
         let zero_n = p[2 + 2 * terms + self.records.len() + of] * self.sigma_n[of];
-        kept.model_n.iter().map(move |force_n| force_n + zero_n)
+        force_n.iter().map(move |force_n| force_n + zero_n)
     }
 
     fn residuals(&self, p: &[f64], terms: usize, kept: &mut [Forces], out: &mut [f64]) {
@@ -208,6 +191,13 @@ impl<'a> Problem<'a> {
             Quantity::Time(k) => p[3 + 2 * k],
             Quantity::Contact(k) => p[2 + 2 * terms + k],
         }
+    }
+
+    /// Change of a quantity from one fit to another with as many terms; zero between others.
+    #[must_use]
+    pub fn change(&self, of: Quantity, from: &Fitted, to: &Fitted) -> f64 {
+        let value = |fit: &Fitted| of.outer(self.inner(&fit.p, fit.terms, of));
+        if from.terms == to.terms { value(to) - value(from) } else { 0.0 }
     }
 
     fn limits(&self, terms: usize) -> Vec<MPPar> {
@@ -266,8 +256,9 @@ impl<'a> Problem<'a> {
         record.force_n[end].max(1e-9) / self.elastic.at(b).force_m2(record.depth_m[end] - record.contact_m).max(1e-30)
     }
 
-    fn best(&self, starts: impl IntoIterator<Item = Vec<f64>>, terms: usize) -> Option<Fitted> {
-        starts.into_iter().filter_map(|start| self.least(&start, terms, None)).min_by(|a, b| a.chi.total_cmp(&b.chi))
+    fn best(&self, starts: Vec<Vec<f64>>, terms: usize) -> Option<Fitted> {
+        let found: Vec<Option<Fitted>> = starts.into_par_iter().map(|start| self.least(&start, terms, None)).collect();
+        found.into_iter().flatten().min_by(|a, b| a.chi.total_cmp(&b.chi))
     }
 
     /// The best fit of each number of terms, each from the one before with another term.
@@ -453,16 +444,11 @@ impl<'a> Problem<'a> {
             // the outer end of what is left
             at + sign * if ends.1 < f64::MAX { ends.1 } else { step }
         };
-        let outer = |x: f64| match of {
-            Quantity::Modulus | Quantity::Relaxed | Quantity::Time(_) => x.exp(),
-            Quantity::Exponent => x.exp_m1(),
-            Quantity::Share(_) | Quantity::Contact(_) => x,
-        };
         let ends = [side(-1.0), side(1.0)];
         // neither exponent nor share can be below zero
         let floor = matches!(of, Quantity::Exponent | Quantity::Share(_));
         let open = range[0] < range[1] && (ends[0] == range[0] && !floor || ends[1] == range[1]);
-        Estimate { of, value: outer(at), interval: ends.map(outer), open }
+        Estimate { of, value: of.outer(at), interval: ends.map(|end| of.outer(end)), open }
     }
 }
 

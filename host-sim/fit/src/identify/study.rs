@@ -1,9 +1,11 @@
 //! Identification from records to report: elastic curves, fit, intervals, the limits of the data
 //! with the measurement that would remove them, and the judgement of rows that were not fitted.
 
-use super::elastic::{Curve, Elastic, Setup};
+use rayon::prelude::{IntoParallelIterator, ParallelIterator};
+
+use super::elastic::{Elastic, STILL_FINER, Setup};
 use super::fit::{CHI_90, Estimate, Fitted, Problem, Quantity, Settings};
-use super::model::{Tissue, any_n, growing_n};
+use super::model::{Forces, Tissue, any_n};
 use super::record::Record;
 use super::slide::Slide;
 use super::unsaid::{press_s, unsaid};
@@ -151,7 +153,7 @@ pub fn identify(plan: &Plan, records: &[Record]) -> Result<Identified, String> {
     let unsolved = || "no constants fit the forces: check the columns and their units".to_owned();
     let mut records = records.to_vec();
     let mut tries = 0;
-    let elastic = loop {
+    let (elastic, near) = loop {
         records.iter_mut().for_each(|record| record.limit_depth(plan.most_depth_m()));
         let elastic = solve(&setup, &records)?;
         let mut problem = Problem::new(&elastic, &records[..kept], fitted.clone(), Settings::default());
@@ -161,13 +163,14 @@ pub fn identify(plan: &Plan, records: &[Record]) -> Result<Identified, String> {
         // where contact was found at the edge of its range, it is somewhere else
         let moved = records.iter_mut().zip(to_m).map(|(record, to_m)| record.move_contact(to_m)).fold(false, |a, b| a | b);
         if !moved || tries > MOST_TRIES {
-            break elastic;
+            break (elastic, fit);
         }
     };
+    let elastic = elastic.finer_at(&setup, near.tissue().stiffening_b);
     let records = &records[..];
     let mut problem = Problem::new(&elastic, &records[..kept], fitted.clone(), Settings::default());
-    let fit = problem.solve().ok_or_else(unsolved)?;
-    let fit = problem.delayed(&fit).unwrap_or(fit);
+    let finer = problem.solve().ok_or_else(unsolved)?;
+    let fit = problem.delayed(&finer).unwrap_or_else(|| finer.clone());
     let tissue = fit.tissue();
     refuse_modulus(tissue.youngs_modulus_pa, records)?;
     let mut plain_problem = Problem::new(
@@ -179,14 +182,16 @@ pub fn identify(plan: &Plan, records: &[Record]) -> Result<Identified, String> {
     let plain = plain_problem.solve().ok_or_else(unsolved)?;
     let mut wanted = vec![Quantity::Modulus, Quantity::Relaxed, Quantity::Exponent];
     wanted.extend((0..fit.terms()).flat_map(|k| [Quantity::Share(k), Quantity::Time(k)]));
-    let mut estimates: Vec<Estimate> = wanted.iter().map(|of| problem.estimate(&fit, *of)).collect();
+    let unsure = |of: Quantity| STILL_FINER * problem.change(of, &near, &finer).abs();
+    let estimate = |of: Quantity| problem.estimate(&fit, of).wider(unsure(of));
+    let mut estimates: Vec<Estimate> = wanted.into_par_iter().map(estimate).collect();
     // behind a term that is faster than the rows see, the instantaneous modulus has no upper end
     let unseen = |e: &Estimate| matches!(e.of, Quantity::Time(_)) && e.open && e.interval[1] < press_s(&records[..kept]);
     estimates[0].open |= estimates.iter().any(unseen);
     let curve = elastic.at(tissue.stiffening_b);
     let mut tests = Vec::new();
     for (n, record) in records.iter().enumerate() {
-        let contact_m = if n < kept { fit.contact_m(n) } else { contact_m(record, &tissue, &curve, fit.delay_s()) };
+        let contact_m = if n < kept { fit.contact_m(n) } else { contact_m(record, &tissue, &elastic, fit.delay_s()) };
         let depth_m = record.delayed_m(fit.delay_s(), contact_m);
         let mut model_n = any_n(&tissue, &curve, &record.time_s, &depth_m);
         let zero_n = if n < kept { problem.zero_n(&fit, n) } else { 0.0 };
@@ -256,12 +261,12 @@ pub fn identify(plan: &Plan, records: &[Record]) -> Result<Identified, String> {
 
 /// First contact of a test that was left out [m], at which a tissue gives its press best: that is
 /// no constant of the tissue.
-fn contact_m(record: &Record, tissue: &Tissue, curve: &Curve, delay_s: f64) -> f64 {
-    let (mut record, rows) = (record.clone(), record.segments.press.clone());
+fn contact_m(record: &Record, tissue: &Tissue, elastic: &Elastic, delay_s: f64) -> f64 {
+    let (mut record, rows) = (record.clone(), record.segments.press.end);
     for _ in 0..MOST_TRIES {
-        let off = |contact_m: f64| -> f64 {
-            let (depth_m, mut model_n) = (record.delayed_m(delay_s, contact_m), Vec::new());
-            growing_n(tissue, curve, &record.time_s[rows.clone()], &depth_m[rows.clone()], &mut model_n);
+        let mut forces = Forces::default();
+        let mut off = |contact_m: f64| -> f64 {
+            let model_n = forces.growing_n(elastic, tissue, (&record, rows), contact_m, delay_s);
             model_n.iter().zip(&record.force_n).map(|(model, measured)| (model - measured).powi(2)).sum()
         };
         let [mut low, mut high] = record.contact_range_m;
