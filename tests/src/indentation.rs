@@ -9,8 +9,10 @@ use palpate_fit::identify::model::Tissue;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
-/// Size of the elements over the contact radius, and what `identify` uses is coarser.
+/// Sizes of the elements over the contact radius; those that `identify` uses are coarser. The second
+/// is that of studies, and takes five seconds.
 const FINENESS: f64 = 0.08;
+const STUDY_FINENESS: f64 = 0.05;
 
 /// A test that is made up.
 #[derive(Clone, Debug)]
@@ -29,6 +31,8 @@ pub struct Indentation {
     pub noise: f64,
     /// Seed of the noise.
     pub seed: u64,
+    /// Size of the elements over the contact radius (1).
+    pub fineness: f64,
 }
 
 fn uniform(random: &mut Xoshiro256PlusPlus) -> f64 {
@@ -118,6 +122,7 @@ impl Indentation {
             rate_hz: 60.0,
             noise: draw(0.01, 0.03),
             seed: case,
+            fineness: STUDY_FINENESS,
         }
     }
 
@@ -128,7 +133,7 @@ impl Indentation {
 
     /// Rows of several tests, which differ in their noise.
     pub fn repeated(&self, tests: u64) -> Vec<Vec<[f64; 3]>> {
-        let curve = Elastic::solve_with(&self.setup, self.depth_m, &[self.tissue.stiffening_b], FINENESS).unwrap();
+        let curve = Elastic::solve_with(&self.setup, self.depth_m, &[self.tissue.stiffening_b], self.fineness).unwrap();
         let curve = curve.at(self.tissue.stiffening_b);
         let [before_s, press_s, hold_s, retreat_s] = self.durations_s;
         let dt_s = 1.0 / self.rate_hz;
@@ -179,6 +184,7 @@ impl Indentation {
             rate_hz: 50.0,
             noise: 0.01,
             seed: 52,
+            fineness: FINENESS,
         }
     }
 }

@@ -55,23 +55,30 @@ fn as_run(command: &str, out: &Path) -> String {
     }
 }
 
-/// Whether this is a test of the repository that exists: it runs anyway, and the build of its package
-/// alone would not share the libraries that are built for all of them.
-fn is_a_test(command: &str) -> bool {
-    let Some((_, test)) = command.strip_prefix("cargo test ").and_then(|test| test.split_once("--test ")) else { return false };
-    let mut words = test.split(' ').filter(|word| *word != "--");
-    let folder = repository().join("tests/tests").join(words.next().unwrap_or_default());
-    let filter = words.next().filter(|word| !word.starts_with("--")).unwrap_or_default();
-    let sources = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
-    sources.filter(|path| path.is_file()).any(|path| {
-        let text = std::fs::read_to_string(&path).unwrap_or_default();
-        path.file_stem().is_some_and(|name| name == filter) || text.contains(&format!("fn {filter}"))
-    })
+/// Whether a command runs tests of the repository that exist. They run with the others, or in the
+/// long form, and a build of their package alone would not share the libraries that are built for
+/// all packages.
+fn runs_tests(command: &str) -> bool {
+    let Some((cargo, test)) = command.strip_prefix("cargo test ").and_then(|rest| rest.split_once("--test ")) else {
+        return false;
+    };
+    let (program, rest) = test.split_once(" -- ").unwrap_or((test, ""));
+    let packages = ["--release --workspace ", "--release -p palpate-tests "];
+    let (flags, filters): (Vec<&str>, Vec<&str>) =
+        rest.split_whitespace().partition(|word| word.starts_with("--") || *word == "1");
+    let known = flags.iter().all(|flag| ["--nocapture", "--test-threads", "1"].contains(flag));
+    let folder = repository().join("tests/tests").join(program);
+    let text = |path| std::fs::read_to_string(path).unwrap_or_default();
+    let main = text(folder.join("main.rs"));
+    let files = std::fs::read_dir(&folder).into_iter().flatten().flatten().map(|entry| text(entry.path()));
+    let all: String = files.collect();
+    let exists = |name: &&str| main.contains(&format!("\nmod {name};")) || all.contains(&format!("#[test]\nfn {name}()"));
+    packages.contains(&cargo) && known && !main.is_empty() && filters.iter().all(exists)
 }
 
 /// Runs a command line; returns the error, if any.
 fn failure(line: &str) -> Option<String> {
-    if is_a_test(line) {
+    if runs_tests(line) {
         return None;
     }
     let begun = Instant::now();
@@ -154,9 +161,11 @@ fn commands_are_found_in_sh_blocks_only() {
     assert_eq!(as_run("cargo run --release", out), "cargo run --release -- press --out '/o'");
     assert_eq!(as_run("cargo run -- press --vtu  # words", out), "cargo run -- press --vtu --out '/o'");
     assert_eq!(as_run("cargo run -- press --out mine", out), "cargo run -- press --out mine");
-    assert!(is_a_test("cargo test --release --test board board_cost -- --nocapture"));
-    assert!(is_a_test("cargo test --test command_line -- commands_are_found_in_sh_blocks_only"));
-    assert!(!is_a_test("cargo test --test board no_such -- --nocapture") && !is_a_test("cargo test --test no_such"));
+    let of = |rest: &str| runs_tests(&format!("cargo test --release -p palpate-tests --test {rest}"));
+    assert!(of("board -- board_cost --nocapture --test-threads 1") && of("bindings"));
+    assert!(of("command_line -- commands_are_found_in_sh_blocks_only"));
+    assert!(!of("board -- no_such") && !of("no_such") && !of("board && false") && !of("board --no-such"));
+    assert!(!of("command_line -- as_run") && !runs_tests("cargo test -p no-such --test board"));
     assert_eq!(as_run("cargo bench -p x", out), "cargo bench -p x -- --quick");
 }
 

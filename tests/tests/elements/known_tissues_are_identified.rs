@@ -91,7 +91,8 @@ fn at_the_exponent_that_is_found_the_force_is_that_of_finer_elements() {
     let (deepest_m, b) = (3.57e-3, 3.9);
     let finest = Elastic::solve_with(&setup, deepest_m, &[b], 0.06).unwrap().at(b);
     let coarse = Elastic::solve(&setup, deepest_m).unwrap();
-    let [before, after] = [coarse.clone(), coarse.finer_at(&setup, b)].map(|elastic| {
+    let finer = coarse.clone().finer_at(&setup, b).unwrap();
+    let [before, after] = [coarse, finer].map(|elastic| {
         let off = |n: i32| {
             (elastic.at(b).force_m2(0.1 * f64::from(n) * deepest_m) / finest.force_m2(0.1 * f64::from(n) * deepest_m) - 1.0).abs()
         };
@@ -200,7 +201,7 @@ fn the_way_in_which_a_test_is_recorded_does_not_change_the_modulus() {
 /// was told.
 #[test]
 fn a_first_guess_of_contact_that_is_too_early_is_left() {
-    let made = Indentation::drawn(92);
+    let made = Indentation { fineness: 0.08, ..Indentation::drawn(92) };
     let record = |rows: Vec<[f64; 3]>| Record::of("made up", &rows, made.setup.block_m[2]).unwrap();
     let records: Vec<Record> = made.repeated(3).into_iter().map(record).collect();
     assert!(!records.iter().all(|record| record.starts_before), "no guess is too early");
@@ -275,7 +276,7 @@ fn made_up_tissues_are_identified() {
 fn the_rows_of_a_test_machine_tell_the_modulus() {
     let [modulus, exponent, shares] = counted(1000.0, 40);
     for tally in [modulus, exponent, shares] {
-        assert!(tally.right() >= 0.95 && tally.told_right() >= 0.95, "{tally}");
+        assert!(tally.inside() >= 0.85 && tally.right() >= 0.9 && tally.told_right() >= 0.95, "{tally}");
     }
 }
 

@@ -61,11 +61,10 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// With so much more on either side of the interval; no quantity but contact is below zero.
+    /// With so much more on either side of the interval; no constant of a tissue is negative.
     pub(super) fn wider(self, by: f64) -> Self {
-        let [low, high] = [self.interval[0] - by, self.interval[1] + by];
-        let low = if matches!(self.of, Quantity::Contact(_)) { low } else { low.max(0.0).min(self.interval[0]) };
-        Self { interval: [low, high], ..self }
+        let [low, high] = self.interval;
+        Self { interval: [(low - by).max(0.0).min(low), high + by], ..self }
     }
 
     /// Half the width of the interval over the value (1).
@@ -86,5 +85,18 @@ impl Estimate {
                 Quantity::Time(_) => self.relative() <= 0.5,
                 Quantity::Contact(_) => true,
             }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_wider_interval_stays_positive_and_may_no_longer_be_told() {
+        let narrow = Estimate { of: Quantity::Exponent, value: 0.3, interval: [0.27, 0.33], open: false };
+        assert!(narrow.told());
+        let wider = narrow.wider(0.4);
+        assert!(wider.interval == [0.0, 0.73] && !wider.told(), "{wider:?}");
     }
 }

@@ -74,6 +74,8 @@ pub struct Fitted {
     p: Vec<f64>,
     terms: usize,
     chi: f64,
+    /// Standard deviation of each record's noise [N].
+    sigma_n: Vec<f64>,
     /// Corrected information criterion of every number of terms tried, with that number.
     pub criteria: Vec<(usize, f64)>,
     sd: Vec<f64>,
@@ -193,11 +195,13 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// Change of a quantity from one fit to another with as many terms; zero between others.
+    /// Change of a quantity between two fits of these rows; zero if none of the first one's rivals has
+    /// as many terms as the second.
     #[must_use]
     pub fn change(&self, of: Quantity, from: &Fitted, to: &Fitted) -> f64 {
         let value = |fit: &Fitted| of.outer(self.inner(&fit.p, fit.terms, of));
-        if from.terms == to.terms { value(to) - value(from) } else { 0.0 }
+        let from = std::iter::once(from).chain(&from.rivals).find(|from| from.terms == to.terms);
+        from.map_or(0.0, |from| value(to) - value(from))
     }
 
     fn limits(&self, terms: usize) -> Vec<MPPar> {
@@ -246,7 +250,8 @@ impl<'a> Problem<'a> {
                 correlation[i * count + j] = if both > 0.0 { status.covar[i * count + j] / both } else { 0.0 };
             }
         }
-        Some(Fitted { p, terms, chi, criteria: Vec::new(), sd, correlation, inflation: 1.0, rivals: Vec::new() })
+        let sigma_n = self.sigma_n.clone();
+        Some(Fitted { p, terms, chi, sigma_n, criteria: Vec::new(), sd, correlation, inflation: 1.0, rivals: Vec::new() })
     }
 
     /// A first modulus [Pa] at an exponent, from the largest force.
@@ -371,18 +376,27 @@ impl<'a> Problem<'a> {
     /// fitted with it from now on.
     pub fn delayed(&mut self, fit: &Fitted) -> Option<Fitted> {
         self.settings.delay = true;
-        let found = self.least(&fit.p, fit.terms, None).map(|found| self.sorted(found));
         let spread = fit.inflation * fit.chi / self.points() as f64;
         let within_s = 0.98 * MOST_DELAY * self.press_s;
         let gains = |found: &Fitted| fit.chi - found.chi > DELAY_GAIN * spread && found.delay_s().abs() < within_s;
-        let found = found.filter(gains);
+        let found = self.again(fit).filter(gains);
         self.settings.delay = found.is_some();
-        found.map(|found| Fitted {
-            criteria: fit.criteria.clone(),
-            inflation: fit.inflation,
-            rivals: fit.rivals.iter().filter_map(|rival| self.least(&rival.p, rival.terms, None)).collect(),
-            ..found
-        })
+        found
+    }
+
+    /// A fit of the same rows with other elastic curves, fitted again with these.
+    pub fn corrected(&mut self, fit: &Fitted) -> Option<Fitted> {
+        self.sigma_n.clone_from(&fit.sigma_n);
+        self.settings.delay = fit.delay_s() != 0.0;
+        self.again(fit)
+    }
+
+    /// A fit and its rivals from where they were.
+    fn again(&self, fit: &Fitted) -> Option<Fitted> {
+        let of = |fit: &Fitted| self.least(&fit.p, fit.terms, None).map(|found| Fitted { inflation: fit.inflation, ..found });
+        let rivals = fit.rivals.iter().filter_map(of).collect();
+        let found = self.sorted(of(fit)?);
+        Some(Fitted { criteria: fit.criteria.clone(), inflation: fit.inflation, rivals, ..found })
     }
 
     /// Force of a record that a fit takes for zero [N].

@@ -28,7 +28,7 @@ pub struct Tissue {
 #[derive(Clone, Debug, Default)]
 pub struct Forces {
     /// Exponent (1), first contact [m] and delay [s] of the elastic forces.
-    place: [f64; 3],
+    elastic_of: [f64; 3],
     /// Elastic force over E [m^2].
     elastic_m2: Vec<f64>,
     /// Time of each term [s] and its decays.
@@ -61,14 +61,14 @@ impl Forces {
         surface_m: f64,
         delay_s: f64,
     ) -> &[f64] {
-        let place = [tissue.stiffening_b, surface_m, delay_s];
-        if self.tissue.as_ref() == Some(tissue) && self.place == place {
+        let elastic_of = [tissue.stiffening_b, surface_m, delay_s];
+        if self.tissue.as_ref() == Some(tissue) && self.elastic_of == elastic_of {
             return &self.force_n;
         }
-        if self.tissue.is_none() || self.place != place {
+        if self.tissue.is_none() || self.elastic_of != elastic_of {
             let (curve, depth_m) = (elastic.at(tissue.stiffening_b), record.delayed_m(delay_s, surface_m));
             self.elastic_m2 = depth_m[..rows].iter().map(|depth_m| curve.force_m2(*depth_m)).collect();
-            self.place = place;
+            self.elastic_of = elastic_of;
         }
         self.decays.resize(tissue.terms.len(), (f64::NAN, Vec::new()));
         for ((_, term_s), (of_s, of)) in tissue.terms.iter().zip(&mut self.decays).filter(|(term, of)| term.1 != of.0) {

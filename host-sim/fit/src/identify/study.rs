@@ -153,24 +153,24 @@ pub fn identify(plan: &Plan, records: &[Record]) -> Result<Identified, String> {
     let unsolved = || "no constants fit the forces: check the columns and their units".to_owned();
     let mut records = records.to_vec();
     let mut tries = 0;
-    let (elastic, near) = loop {
+    let (elastic, coarse) = loop {
         records.iter_mut().for_each(|record| record.limit_depth(plan.most_depth_m()));
         let elastic = solve(&setup, &records)?;
         let mut problem = Problem::new(&elastic, &records[..kept], fitted.clone(), Settings::default());
         let fit = problem.solve().ok_or_else(unsolved)?;
+        let delayed = problem.delayed(&fit);
         let to_m: Vec<f64> = (0..kept).map(|n| fit.contact_m(n)).collect();
         tries += 1;
         // where contact was found at the edge of its range, it is somewhere else
         let moved = records.iter_mut().zip(to_m).map(|(record, to_m)| record.move_contact(to_m)).fold(false, |a, b| a | b);
         if !moved || tries > MOST_TRIES {
-            break (elastic, fit);
+            break (elastic, delayed.unwrap_or(fit));
         }
     };
-    let elastic = elastic.finer_at(&setup, near.tissue().stiffening_b);
+    let elastic = elastic.finer_at(&setup, coarse.tissue().stiffening_b).ok_or_else(|| no_equilibrium(&setup, &records))?;
     let records = &records[..];
     let mut problem = Problem::new(&elastic, &records[..kept], fitted.clone(), Settings::default());
-    let finer = problem.solve().ok_or_else(unsolved)?;
-    let fit = problem.delayed(&finer).unwrap_or_else(|| finer.clone());
+    let fit = problem.corrected(&coarse).ok_or_else(unsolved)?;
     let tissue = fit.tissue();
     refuse_modulus(tissue.youngs_modulus_pa, records)?;
     let mut plain_problem = Problem::new(
@@ -182,12 +182,11 @@ pub fn identify(plan: &Plan, records: &[Record]) -> Result<Identified, String> {
     let plain = plain_problem.solve().ok_or_else(unsolved)?;
     let mut wanted = vec![Quantity::Modulus, Quantity::Relaxed, Quantity::Exponent];
     wanted.extend((0..fit.terms()).flat_map(|k| [Quantity::Share(k), Quantity::Time(k)]));
-    let unsure = |of: Quantity| STILL_FINER * problem.change(of, &near, &finer).abs();
-    let estimate = |of: Quantity| problem.estimate(&fit, of).wider(unsure(of));
-    let mut estimates: Vec<Estimate> = wanted.into_par_iter().map(estimate).collect();
+    let mut estimates: Vec<Estimate> = wanted.into_par_iter().map(|of| problem.estimate(&fit, of)).collect();
     // behind a term that is faster than the rows see, the instantaneous modulus has no upper end
     let unseen = |e: &Estimate| matches!(e.of, Quantity::Time(_)) && e.open && e.interval[1] < press_s(&records[..kept]);
     estimates[0].open |= estimates.iter().any(unseen);
+    estimates.iter_mut().for_each(|e| *e = e.wider(STILL_FINER * problem.change(e.of, &coarse, &fit).abs()));
     let curve = elastic.at(tissue.stiffening_b);
     let mut tests = Vec::new();
     for (n, record) in records.iter().enumerate() {
@@ -360,16 +359,22 @@ fn combined(tried: &[(f64, Identified)], neighbours: usize) -> String {
 
 /// Elastic curves to the depth that the records may reach.
 fn solve(setup: &Setup, records: &[Record]) -> Result<Elastic, String> {
+    Elastic::solve(setup, deepest_m(records)).ok_or_else(|| no_equilibrium(setup, records))
+}
+
+/// Depth below first contact that the records may reach [m].
+fn deepest_m(records: &[Record]) -> f64 {
     let deepest = |r: &Record| r.depth_m.iter().copied().fold(f64::MIN, f64::max) - r.contact_range_m[0];
-    let deepest_m = records.iter().map(deepest).fold(0.0, f64::max);
-    Elastic::solve(setup, deepest_m).ok_or_else(|| {
-        format!(
-            "{}: the finite elements of the test find no equilibrium {:.4} mm deep under a ball of {} mm: check --tip, --thickness and the unit of the depth",
-            records[0].name,
-            deepest_m * 1e3,
-            setup.ball_m * 1e3
-        )
-    })
+    records.iter().map(deepest).fold(0.0, f64::max)
+}
+
+fn no_equilibrium(setup: &Setup, records: &[Record]) -> String {
+    format!(
+        "{}: the finite elements of the test find no equilibrium {:.4} mm deep under a ball of {} mm: check --tip, --thickness and the unit of the depth",
+        records[0].name,
+        deepest_m(records) * 1e3,
+        setup.ball_m * 1e3
+    )
 }
 
 fn judge(record: &Record, model_n: Vec<f64>, contact_m: f64, fitted: usize) -> Judged {
