@@ -21,7 +21,7 @@ const FIRST: f64 = 0.22;
 /// within 0.15 % of elements of 0.05 or less.
 const FINENESS: f64 = 0.17;
 const FINER: f64 = 0.1;
-/// What still finer elements would change, over what these change (1), if errors fall with the
+/// Change that still finer elements would bring, over that of these (1), if errors fall with the
 /// square of the size. On three made-up tissues they fell a little faster, to 0.3 instead of 0.35.
 pub const STILL_FINER: f64 = FINER * FINER / (FINENESS * FINENESS - FINER * FINER);
 /// Exponents at which forces are solved: Chebyshev points in ln(1 + b). Between five even ones the
@@ -58,7 +58,7 @@ pub struct Elastic {
     power: f64,
     exponents: Vec<f64>,
     polynomials: Vec<[f64; TERMS]>,
-    /// What finer elements add to the polynomials.
+    /// Correction of the polynomials by finer elements.
     finer: [f64; TERMS],
 }
 
