@@ -9,8 +9,8 @@ use palpate_fit::identify::model::Tissue;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
-/// Sizes of the elements over the contact radius; those that `identify` uses are coarser. A solution
-/// with the second one, which studies use, takes five seconds.
+/// Sizes of the elements over the contact radius; those that `identify` uses are coarser. Studies
+/// use the second one, with which a solution takes five seconds.
 const FINENESS: f64 = 0.08;
 const STUDY_FINENESS: f64 = 0.05;
 

@@ -37,8 +37,8 @@ pub struct Forces {
     force_n: Vec<f64>,
 }
 
-/// What is left of a term's force after the way from one row to the next, and the share of a step
-/// of the elastic force that the term bears at its end.
+/// Share of a term's force that is left after the way from one row to the next, and the share of a
+/// step of the elastic force that the term bears at its end.
 type Decay = [f64; 2];
 
 fn decays(term_s: f64, rows_s: &[f64]) -> Vec<Decay> {
