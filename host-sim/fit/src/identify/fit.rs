@@ -195,8 +195,8 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// Change of a quantity between two fits of these rows; zero if neither the first one nor one of
-    /// its rivals has as many terms as the second.
+    /// Change of a quantity between two fits of these rows; zero if neither the first one nor
+    /// one of its rivals has as many terms as the second.
     #[must_use]
     pub fn change(&self, of: Quantity, from: &Fitted, to: &Fitted) -> f64 {
         let value = |fit: &Fitted| of.outer(self.inner(&fit.p, fit.terms, of));
