@@ -144,6 +144,21 @@ fn within(made: &Indentation, range_m: [f64; 2]) -> Result<Identified, String> {
     identify_within(&plan, range_m, &records(&made.csv()))
 }
 
+/// Modulus and exponent of such tissue trade off along a narrow valley. With steps of the
+/// derivatives a hundred times as long, a fit ended on its slope, near an end of the interval.
+#[test]
+fn a_fit_of_strongly_stiffening_tissue_reaches_its_minimum() {
+    let phantom = Indentation::phantom();
+    let tissue = Tissue { stiffening_b: 6.0, ..phantom.tissue.clone() };
+    let made = Indentation { tissue, rate_hz: 200.0, noise: 0.003, ..phantom };
+    let found = identified(&made, &made.csv(), 0);
+    let e = found.of(Quantity::Modulus).unwrap();
+    let [low, high] = e.interval;
+    let place = (e.value - low) / (high - low);
+    println!("{:.0} in {:.0?}, at {place:.2} of it", e.value, e.interval);
+    assert!(low < 12e3 && 12e3 < high && (0.35..0.65).contains(&place), "{e:?}");
+}
+
 /// A slab that is much thicker than the contact does not show its thickness.
 #[test]
 fn a_thickness_that_is_not_told_is_refused() {

@@ -54,7 +54,7 @@ pub struct Estimate {
     pub of: Quantity,
     /// Most likely value.
     pub value: f64,
-    /// 90 % interval by the profile likelihood.
+    /// 90 % interval by the profile likelihood, wider by what still finer elements would change.
     pub interval: [f64; 2],
     /// Whether an end of the interval is where the fit stops looking, and not the data's.
     pub open: bool,

@@ -30,6 +30,8 @@ const RIVAL: f64 = 2.0;
 /// standard errors.
 const MOST_DELAY: f64 = 0.2;
 const DELAY_GAIN: f64 = 25.0;
+/// Step of derivatives over the range of an unknown (1), about the root of the rounding.
+const STEP: f64 = 1e-8;
 /// Weight of a held quantity, relative to a standard deviation of it.
 const HOLDING: f64 = 1e3;
 
@@ -211,7 +213,7 @@ impl<'a> Problem<'a> {
             limit_low: low,
             limit_up: high,
             fixed: low == high,
-            step: 1e-6 * (high - low),
+            step: STEP * (high - low),
             ..MPPar::default()
         };
         let most_b = if self.settings.stiffens { self.elastic.most_b() } else { 0.0 };
@@ -395,8 +397,7 @@ impl<'a> Problem<'a> {
     fn again(&self, fit: &Fitted) -> Option<Fitted> {
         let of = |fit: &Fitted| self.least(&fit.p, fit.terms, None).map(|found| Fitted { inflation: fit.inflation, ..found });
         let rivals = fit.rivals.iter().filter_map(of).collect();
-        let found = self.sorted(of(fit)?);
-        Some(Fitted { criteria: fit.criteria.clone(), inflation: fit.inflation, rivals, ..found })
+        Some(Fitted { criteria: fit.criteria.clone(), inflation: fit.inflation, rivals, ..self.sorted(of(fit)?) })
     }
 
     /// Force of a record that a fit takes for zero [N].
