@@ -9,10 +9,8 @@ use palpate_fit::identify::model::Tissue;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
-/// Sizes of the elements over the contact radius; those that `identify` uses are coarser. Studies
-/// use the second one, with which a solution takes five seconds.
-const FINENESS: f64 = 0.08;
-const STUDY_FINENESS: f64 = 0.05;
+/// Size of the elements over the contact radius; those that `identify` uses are coarser.
+const FINENESS: f64 = 0.07;
 
 /// A test that is made up.
 #[derive(Clone, Debug)]
@@ -122,7 +120,7 @@ impl Indentation {
             rate_hz: 60.0,
             noise: draw(0.01, 0.03),
             seed: case,
-            fineness: STUDY_FINENESS,
+            fineness: FINENESS,
         }
     }
 

@@ -89,7 +89,7 @@ fn between_the_solved_exponents_the_force_is_that_of_elements() {
 fn at_the_exponent_that_is_found_the_force_is_that_of_finer_elements() {
     let setup = Setup { ball_m: 7.35e-3, block_m: [0.1, 0.1, 7.94e-3], poisson_ratio: 0.45 };
     let (deepest_m, b) = (3.57e-3, 3.9);
-    let finest = Elastic::solve_with(&setup, deepest_m, &[b], 0.06).unwrap().at(b);
+    let finest = Elastic::solve_with(&setup, deepest_m, &[b], 0.07).unwrap().at(b);
     let coarse = Elastic::solve(&setup, deepest_m).unwrap();
     let finer = coarse.clone().finer_at(&setup, b).unwrap();
     let [before, after] = [coarse, finer].map(|elastic| {
@@ -216,7 +216,7 @@ fn the_way_in_which_a_test_is_recorded_does_not_change_the_modulus() {
 /// was told.
 #[test]
 fn a_first_guess_of_contact_that_is_too_early_is_left() {
-    let made = Indentation { fineness: 0.08, ..Indentation::drawn(92) };
+    let made = Indentation::drawn(92);
     let record = |rows: Vec<[f64; 3]>| Record::of("made up", &rows, made.setup.block_m[2]).unwrap();
     let records: Vec<Record> = made.repeated(3).into_iter().map(record).collect();
     assert!(!records.iter().all(|record| record.starts_before), "no guess is too early");
@@ -238,10 +238,35 @@ fn presses_find_their_equilibrium() {
         (0.002_398_655_158_155_878_6, 0.1, 0.005_761_096_211_887_519, 0.0, 0.002_596_7),
     ] {
         let radius_m = (side_m * side_m / std::f64::consts::PI).sqrt();
-        let cylinder = Cylinder { ball_m, radius_m, height_m, poisson_ratio: 0.45, stiffening_b, fineness: 0.17 };
+        let cylinder = Cylinder { ball_m, radius_m, height_m, poisson_ratio: 0.45, stiffening_b, fineness: 0.25 };
         let depths_m = depths_m(deepest_m);
         assert_eq!(cylinder.forces_m2(&depths_m).len(), depths_m.len(), "{cylinder:?}");
     }
+}
+
+/// Elements of one size for all depths were 3 % off at the smallest one.
+#[test]
+fn elements_are_as_good_at_small_depths_as_at_large_ones() {
+    let cylinder = |fineness: f64| {
+        Cylinder { ball_m: 9.49e-3, radius_m: 0.056, height_m: 5.99e-3, poisson_ratio: 0.45, stiffening_b: 5.34, fineness }
+    };
+    let depths_m = depths_m(2.75e-3);
+    let [coarse, fine] = [0.25, 0.1].map(|fineness| cylinder(fineness).forces_m2(&depths_m));
+    for ((depth_m, coarse), fine) in depths_m.iter().zip(&coarse).zip(&fine) {
+        let off = coarse / fine - 1.0;
+        println!("{:.3} mm: {:+.3} %", depth_m * 1e3, 100.0 * off);
+        assert!(off.abs() < 0.002, "{depth_m} m: {off}");
+    }
+    assert_eq!((coarse.len(), fine.len()), (depths_m.len(), depths_m.len()));
+}
+
+/// Where first contact is guessed too early, elements are asked for more depth than they have.
+#[test]
+fn elements_go_as_deep_as_they_can() {
+    let setup = Setup { ball_m: 4e-3, block_m: [0.05, 0.05, 0.01], poisson_ratio: 0.45 };
+    let elastic = Elastic::solve(&setup, 9e-3).unwrap();
+    println!("{:.2} mm", elastic.deepest_m() * 1e3);
+    assert!((4e-3..9e-3).contains(&elastic.deepest_m()), "{}", elastic.deepest_m());
 }
 
 /// Counts of modulus, exponent and shares over drawn cases of three tests each, as the guide

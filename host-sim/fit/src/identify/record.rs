@@ -154,13 +154,21 @@ impl Record {
         moves
     }
 
-    /// Keeps first contact within this depth of the deepest row [m], but no nearer than the range
-    /// that it has first in a test that starts before contact.
-    pub fn limit_depth(&mut self, most_m: f64) {
+    /// Keeps first contact within this depth above the deepest row [m]; false if it cannot be.
+    pub fn limit_depth(&mut self, most_m: f64) -> bool {
+        let [low_m, high_m] = self.contact_range_m;
+        let low_m = low_m.max(self.contact_m + self.span_m() - most_m);
+        self.contact_m = self.contact_m.max(low_m);
+        self.contact_range_m = [low_m, high_m.max(low_m)];
+        low_m <= high_m
+    }
+
+    /// Depth [m] that the model of a test has to reach: that of the range in which first contact
+    /// lies in a test that starts before it.
+    #[must_use]
+    pub fn least_depth_m(&self) -> f64 {
         let span_m = self.span_m();
-        let [near, _] = contact_range_m(self.found_m, span_m, true);
-        let lowest_m = (self.contact_m + span_m - most_m).min(near);
-        self.contact_range_m[0] = self.contact_range_m[0].max(lowest_m);
+        self.contact_m + span_m - contact_range_m(self.found_m, span_m, true)[0]
     }
 
     /// Depth of the deepest row below first contact [m].

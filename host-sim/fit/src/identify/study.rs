@@ -154,8 +154,7 @@ pub fn identify(plan: &Plan, records: &[Record]) -> Result<Identified, String> {
     let mut records = records.to_vec();
     let mut tries = 0;
     let (elastic, coarse) = loop {
-        records.iter_mut().for_each(|record| record.limit_depth(plan.most_depth_m()));
-        let elastic = solve(&setup, &records)?;
+        let elastic = solve(&setup, plan.most_depth_m(), &mut records)?;
         let mut problem = Problem::new(&elastic, &records[..kept], fitted.clone(), Settings::default());
         let fit = problem.solve().ok_or_else(unsolved)?;
         let delayed = problem.delayed(&fit);
@@ -167,7 +166,7 @@ pub fn identify(plan: &Plan, records: &[Record]) -> Result<Identified, String> {
             break (elastic, delayed.unwrap_or(fit));
         }
     };
-    let elastic = elastic.finer_at(&setup, coarse.tissue().stiffening_b).ok_or_else(|| no_equilibrium(&setup, &records))?;
+    let elastic = elastic.finer_at(&setup, coarse.tissue().stiffening_b).ok_or_else(|| no_equilibrium(&setup, &records[0], 0.0))?;
     let records = &records[..];
     let mut problem = Problem::new(&elastic, &records[..kept], fitted.clone(), Settings::default());
     let fit = problem.corrected(&coarse).ok_or_else(unsolved)?;
@@ -357,23 +356,30 @@ fn combined(tried: &[(f64, Identified)], neighbours: usize) -> String {
     )
 }
 
-/// Elastic curves to the depth that the records may reach.
-fn solve(setup: &Setup, records: &[Record]) -> Result<Elastic, String> {
-    Elastic::solve(setup, deepest_m(records)).ok_or_else(|| no_equilibrium(setup, records))
+/// Elastic curves to the depth that the records may reach, or as deep as the elements go: first
+/// contact stays where they reach the deepest row. Beyond `certain_m` they may find no equilibrium.
+fn solve(setup: &Setup, certain_m: f64, records: &mut [Record]) -> Result<Elastic, String> {
+    for record in records.iter_mut() {
+        record.limit_depth(certain_m.max(record.least_depth_m()));
+    }
+    let deepest = |r: &Record| r.contact_m + r.span_m() - r.contact_range_m[0];
+    let deepest_m = records.iter().map(deepest).fold(0.0, f64::max);
+    let elastic = Elastic::solve(setup, deepest_m).ok_or_else(|| no_equilibrium(setup, &records[0], 0.0))?;
+    match records.iter_mut().find_map(|record| (!record.limit_depth(elastic.deepest_m())).then_some(&*record)) {
+        Some(record) => Err(no_equilibrium(setup, record, elastic.deepest_m())),
+        None => Ok(elastic),
+    }
 }
 
-/// Depth below first contact that the records may reach [m].
-fn deepest_m(records: &[Record]) -> f64 {
-    let deepest = |r: &Record| r.depth_m.iter().copied().fold(f64::MIN, f64::max) - r.contact_range_m[0];
-    records.iter().map(deepest).fold(0.0, f64::max)
-}
-
-fn no_equilibrium(setup: &Setup, records: &[Record]) -> String {
+/// Sentence on elements that find no equilibrium deeper than this [m].
+fn no_equilibrium(setup: &Setup, record: &Record, reached_m: f64) -> String {
     format!(
-        "{}: the finite elements of the test find no equilibrium {:.4} mm deep under a ball of {} mm: check --tip, --thickness and the unit of the depth",
-        records[0].name,
-        deepest_m(records) * 1e3,
-        setup.ball_m * 1e3
+        "{}: the tip goes {:.3} mm deep, and finite elements of a slab of {} mm under a ball of {} mm no deeper than {:.3} mm: check --tip, --thickness and the unit of the depth",
+        record.name,
+        record.span_m() * 1e3,
+        setup.block_m[2] * 1e3,
+        setup.ball_m * 1e3,
+        reached_m * 1e3,
     )
 }
 

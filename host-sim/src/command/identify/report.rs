@@ -42,7 +42,7 @@ pub(super) fn print(args: &IdentifyArgs, found: &Identified, records: &[Record],
     println!("not known from these data:");
     found.unsaid.iter().take(SHOWN).for_each(|line| println!("  - {line}"));
     if found.unsaid.len() > SHOWN {
-        println!("  - and what {} more sentences of summary.json say", found.unsaid.len() - SHOWN);
+        println!("  - and {} more, which summary.json lists", found.unsaid.len() - SHOWN);
     }
     println!("\n{:26} {:>10}   90 % interval", "", "value");
     for e in &found.estimates {
