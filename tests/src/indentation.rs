@@ -29,8 +29,6 @@ pub struct Indentation {
     pub noise: f64,
     /// Seed of the noise.
     pub seed: u64,
-    /// Size of the elements over the contact radius (1).
-    pub fineness: f64,
 }
 
 fn uniform(random: &mut Xoshiro256PlusPlus) -> f64 {
@@ -120,7 +118,6 @@ impl Indentation {
             rate_hz: 60.0,
             noise: draw(0.01, 0.03),
             seed: case,
-            fineness: FINENESS,
         }
     }
 
@@ -131,7 +128,7 @@ impl Indentation {
 
     /// Rows of several tests, which differ in their noise.
     pub fn repeated(&self, tests: u64) -> Vec<Vec<[f64; 3]>> {
-        let curve = Elastic::solve_with(&self.setup, self.depth_m, &[self.tissue.stiffening_b], self.fineness).unwrap();
+        let curve = Elastic::solve_with(&self.setup, self.depth_m, &[self.tissue.stiffening_b], FINENESS).unwrap();
         let curve = curve.at(self.tissue.stiffening_b);
         let [before_s, press_s, hold_s, retreat_s] = self.durations_s;
         let dt_s = 1.0 / self.rate_hz;
@@ -182,7 +179,6 @@ impl Indentation {
             rate_hz: 50.0,
             noise: 0.01,
             seed: 52,
-            fineness: FINENESS,
         }
     }
 }

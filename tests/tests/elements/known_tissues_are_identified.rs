@@ -1,7 +1,7 @@
 //! `identify` finds constants that are known, and says where it cannot.
 
 use palpate_fit::identify::axial::Cylinder;
-use palpate_fit::identify::elastic::{Elastic, Setup, depths_m};
+use palpate_fit::identify::elastic::{Elastic, FINENESS, Setup, depths_m};
 use palpate_fit::identify::fit::Quantity;
 use palpate_fit::identify::model::Tissue;
 use palpate_fit::identify::record::{Record, Table};
@@ -56,7 +56,7 @@ fn the_model_of_the_test_agrees_with_finite_elements_in_three_dimensions() {
     for press in file["press"].as_array().unwrap().iter().filter(|press| number(&press["x_m"]) == 0.0) {
         let (b, depth_m, force_m2) = (number(&press["b"]), list(&press["depth_m"]), list(&press["force_m2"]));
         let deepest_m = depth_m.iter().copied().fold(0.0, f64::max);
-        let curve = Elastic::solve_at(&setup, deepest_m, &[b]).unwrap().at(b);
+        let curve = Elastic::solve_with(&setup, deepest_m, &[b], FINENESS).unwrap().at(b);
         for (depth_m, force_m2) in depth_m.iter().zip(&force_m2) {
             let off = curve.force_m2(*depth_m) / force_m2 - 1.0;
             println!("b = {b}, {:.1} mm: {:+.2} %", depth_m * 1e3, 100.0 * off);
@@ -74,7 +74,7 @@ fn between_the_solved_exponents_the_force_is_that_of_elements() {
     let deepest_m = 3e-3;
     let between = Elastic::solve(&setup, deepest_m).unwrap();
     for b in [0.2, 2.3, 12.0] {
-        let solved = Elastic::solve_at(&setup, deepest_m, &[b]).unwrap().at(b);
+        let solved = Elastic::solve_with(&setup, deepest_m, &[b], FINENESS).unwrap().at(b);
         for share in [0.2, 0.5, 1.0] {
             let off = between.at(b).force_m2(share * deepest_m) / solved.force_m2(share * deepest_m) - 1.0;
             println!("b = {b}, {share} of the depth: {:+.2} %", 100.0 * off);
@@ -238,7 +238,7 @@ fn presses_find_their_equilibrium() {
         (0.002_398_655_158_155_878_6, 0.1, 0.005_761_096_211_887_519, 0.0, 0.002_596_7),
     ] {
         let radius_m = (side_m * side_m / std::f64::consts::PI).sqrt();
-        let cylinder = Cylinder { ball_m, radius_m, height_m, poisson_ratio: 0.45, stiffening_b, fineness: 0.25 };
+        let cylinder = Cylinder { ball_m, radius_m, height_m, poisson_ratio: 0.45, stiffening_b, fineness: FINENESS };
         let depths_m = depths_m(deepest_m);
         assert_eq!(cylinder.forces_m2(&depths_m).len(), depths_m.len(), "{cylinder:?}");
     }
@@ -251,7 +251,7 @@ fn elements_are_as_good_at_small_depths_as_at_large_ones() {
         Cylinder { ball_m: 9.49e-3, radius_m: 0.056, height_m: 5.99e-3, poisson_ratio: 0.45, stiffening_b: 5.34, fineness }
     };
     let depths_m = depths_m(2.75e-3);
-    let [coarse, fine] = [0.25, 0.1].map(|fineness| cylinder(fineness).forces_m2(&depths_m));
+    let [coarse, fine] = [FINENESS, 0.1].map(|fineness| cylinder(fineness).forces_m2(&depths_m));
     for ((depth_m, coarse), fine) in depths_m.iter().zip(&coarse).zip(&fine) {
         let off = coarse / fine - 1.0;
         println!("{:.3} mm: {:+.3} %", depth_m * 1e3, 100.0 * off);
@@ -267,6 +267,19 @@ fn elements_go_as_deep_as_they_can() {
     let elastic = Elastic::solve(&setup, 9e-3).unwrap();
     println!("{:.2} mm", elastic.deepest_m() * 1e3);
     assert!((4e-3..9e-3).contains(&elastic.deepest_m()), "{}", elastic.deepest_m());
+}
+
+/// Such a press is not taken for a shallower one whose first contact is later.
+#[test]
+fn a_press_deeper_than_the_elements_go_is_refused() {
+    let phantom = Indentation::phantom();
+    let made = Indentation { setup: Setup { block_m: [0.08, 0.08, 0.02], ..phantom.setup }, ..phantom };
+    // the law of small depth
+    let deep = made.rows().into_iter().map(|[t, d, f]| [t, 2.0 * d, f * 2.0_f64.powf(1.5)]).collect::<Vec<_>>();
+    let record = Record::of("deep", &deep, made.setup.block_m[2]).unwrap();
+    let plan = Plan { ball_m: made.setup.ball_m, block_m: made.setup.block_m, poisson_ratio: 0.45, leave_out: 0 };
+    let error = identify(&plan, &[record]).unwrap_err();
+    assert!(error.contains("the tip goes") && error.contains("no deeper than"), "{error}");
 }
 
 /// Counts of modulus, exponent and shares over drawn cases of three tests each, as the guide

@@ -20,7 +20,8 @@ const EDGE: f64 = 0.25;
 const EDGE_WIDTH: f64 = 0.1;
 /// Growth of the elements' size with the distance from the fine ones (1).
 const GROWTH: f64 = 0.45;
-/// Radius and depth of the fine elements, divided by the contact radius (1).
+/// Radius up to which elements keep their size when the others are fitted to the cylinder, and depth
+/// of the fine ones, divided by the contact radius (1).
 const FINE: [f64; 2] = [1.15, 0.5];
 /// Gauss points and weights on [-1, 1], exact to degree 5.
 const GAUSS: [(f64, f64); 3] = [(-0.774_596_669_241_483_4, 5.0 / 9.0), (0.0, 8.0 / 9.0), (0.774_596_669_241_483_4, 5.0 / 9.0)];
@@ -90,8 +91,8 @@ struct Pressed<'a> {
 impl Cylinder {
     /// Forces over Young's modulus [m^2] at ascending depths [m]; fewer if no equilibrium is found.
     ///
-    /// The elements shrink with the contact, and are narrow at its edge: so their error is nearly the
-    /// same part of every force. With the same elements for all depths it was 3 % of the smallest
+    /// The elements shrink with the contact, and are narrow at its edge, so that their error is about
+    /// the same part of every force. With the same elements for all depths it was 3 % of the smallest
     /// force, and swung by 0.3 % as the edge crossed elements.
     #[must_use]
     pub fn forces_m2(&self, depths_m: &[f64]) -> Vec<f64> {
@@ -125,7 +126,10 @@ impl Cylinder {
 
 impl<'a> Mesh<'a> {
     fn new(of: &'a Cylinder, contact_m: f64) -> Self {
-        let (fine_m, [near_m, below_m]) = (of.fineness * contact_m, FINE.map(|share| share * contact_m));
+        let fine_m = of.fineness * contact_m;
+        // a slab may be thinner than the contact is wide
+        let tall_m = contact_m.min(of.height_m);
+        let (near_m, below_m) = (FINE[0] * contact_m, FINE[1] * tall_m);
         let grown_m = |beyond_m: f64| GROWTH * beyond_m.max(0.0);
         // the pressure ends like a square root, which shape functions miss
         let width_m = |r: f64| EDGE * fine_m + grown_m((r - contact_m).abs() - EDGE_WIDTH * contact_m);
@@ -136,7 +140,7 @@ impl<'a> Mesh<'a> {
             nodes
         };
         let r_m = halved(graded(of.radius_m, near_m, width_m));
-        let z_m = halved(graded(of.height_m, below_m, |z| fine_m + grown_m(z - below_m)));
+        let z_m = halved(graded(of.height_m, below_m, |z| of.fineness * tall_m + grown_m(z - below_m)));
         Self { of, width: 2 * (2 * z_m.len() + 3), r_m, z_m }
     }
 
@@ -348,7 +352,8 @@ impl<'a> Mesh<'a> {
                 let at = |of: &dyn Fn(usize) -> f64| shape(x).iter().enumerate().map(|(n, s)| s[0] * of(n)).sum::<f64>();
                 let rest_m = at(&|n| self.r_m[column + n]);
                 let [r, z] = [0, 1].map(|k| at(&|n| u[2 * self.node(column + n, 0) + k]));
-                let gap_m = (rest_m + r).hypot(z + depth_m - self.of.ball_m) - self.of.ball_m;
+                let up_m = z + depth_m - self.of.ball_m;
+                let gap_m = if up_m > 0.0 { 0.0 } else { (rest_m + r).hypot(up_m) - self.of.ball_m };
                 // within the contact some places may be just above the ball
                 if last.1 < 0.0 && gap_m >= 0.0 {
                     edge_m = last.0 + (rest_m - last.0) * last.1 / (last.1 - gap_m);

@@ -20,7 +20,7 @@ const TERMS: usize = 9;
 const FIRST: f64 = 0.15;
 /// Sizes of the elements, divided by the contact radius: those of all exponents, and those of the
 /// one that is found. The former are within 0.12 %, the latter within 0.03 % of the force.
-const FINENESS: f64 = 0.25;
+pub const FINENESS: f64 = 0.25;
 const FINER: f64 = 0.125;
 /// Change that still finer elements would bring, over that of these (1), if errors fall with the
 /// square of the size.
@@ -90,20 +90,18 @@ impl Elastic {
     pub fn solve(setup: &Setup, deepest_m: f64) -> Option<Self> {
         let at = |b: f64, deepest_m: f64| (b, setup.cylinder(b, FINENESS).forces_m2(&depths_m(deepest_m)));
         let [first, others @ ..] = EXPONENTS;
-        let mut solved = vec![at(first, deepest_m)];
-        let reached = solved[0].1.len();
-        let reached_m = *depths_m(deepest_m)[..reached].last()?;
-        if reached < DEPTHS {
-            solved = vec![at(first, reached_m)];
-        }
+        let mut reached_m = deepest_m;
+        let plain = loop {
+            let plain = at(first, reached_m);
+            if plain.1.len() == DEPTHS {
+                break plain;
+            }
+            // finer elements and other exponents need some room
+            reached_m = depths_m(reached_m)[plain.1.len().checked_sub(2)?];
+        };
+        let mut solved = vec![plain];
         solved.par_extend(others.into_par_iter().map(|b| at(b, reached_m)));
         Self::of(reached_m, setup.hertz(), 1.5, &solved)
-    }
-
-    /// Solves at these exponents.
-    #[must_use]
-    pub fn solve_at(setup: &Setup, deepest_m: f64, exponents: &[f64]) -> Option<Self> {
-        Self::solve_with(setup, deepest_m, exponents, FINENESS)
     }
 
     /// The curves with the force of finer elements at an exponent; `None` if those find no
@@ -116,7 +114,7 @@ impl Elastic {
         Some(self)
     }
 
-    /// Solves with elements of another size, divided by the largest contact radius.
+    /// Solves at some exponents with elements of another size, divided by the contact radius (1).
     #[must_use]
     pub fn solve_with(setup: &Setup, deepest_m: f64, exponents: &[f64], fineness: f64) -> Option<Self> {
         let depths_m = depths_m(deepest_m);

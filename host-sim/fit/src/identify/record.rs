@@ -154,17 +154,16 @@ impl Record {
         moves
     }
 
-    /// Keeps first contact within this depth above the deepest row [m]; false if it cannot be.
-    pub fn limit_depth(&mut self, most_m: f64) -> bool {
+    /// Keeps first contact within this depth of the deepest row [m].
+    pub fn limit_depth(&mut self, most_m: f64) {
         let [low_m, high_m] = self.contact_range_m;
         let low_m = low_m.max(self.contact_m + self.span_m() - most_m);
         self.contact_m = self.contact_m.max(low_m);
         self.contact_range_m = [low_m, high_m.max(low_m)];
-        low_m <= high_m
     }
 
-    /// Depth [m] that the model of a test has to reach: that of the range in which first contact
-    /// lies in a test that starts before it.
+    /// Depth [m] of a press from the upper end of the range that first contact has in a test that
+    /// shows the tip in air.
     #[must_use]
     pub fn least_depth_m(&self) -> f64 {
         let span_m = self.span_m();

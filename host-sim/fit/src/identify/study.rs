@@ -18,6 +18,8 @@ const MOST_TRIES: usize = 4;
 /// halved.
 const THICKNESSES: usize = 4;
 const HALVINGS: usize = 3;
+/// Depth over that of the elements from which a press is taken to need more (1).
+const CLOSE: f64 = 0.99;
 /// Half width of the interval of a thickness, in its logarithm, up to which it is known (1).
 const TOLD_THICKNESS: f64 = 0.2;
 /// Mean difference of neighbouring rows from the model over the peak [%], and in standard errors,
@@ -143,7 +145,8 @@ impl Plan {
 /// Identifies the tissue of some tests.
 ///
 /// # Errors
-/// One sentence: the finite elements find no equilibrium, or the modulus is not that of a tissue.
+/// One sentence: a press is deeper than the finite elements find an equilibrium, or the modulus is
+/// not that of a tissue.
 pub fn identify(plan: &Plan, records: &[Record]) -> Result<Identified, String> {
     let half = records.len() == 1 && plan.leave_out > 0;
     let kept = if half { 1 } else { records.len().saturating_sub(plan.leave_out).max(records.len().min(1)) };
@@ -154,19 +157,31 @@ pub fn identify(plan: &Plan, records: &[Record]) -> Result<Identified, String> {
     let mut records = records.to_vec();
     let mut tries = 0;
     let (elastic, coarse) = loop {
-        let elastic = solve(&setup, plan.most_depth_m(), &mut records)?;
+        records.iter_mut().for_each(|r| r.limit_depth(plan.most_depth_m().max(r.least_depth_m())));
+        let asked_m = deepest_m(&records);
+        let elastic = Elastic::solve(&setup, asked_m).ok_or_else(|| too_deep(&setup, &records[0], 0.0))?;
+        let reached_m = elastic.deepest_m();
+        records.iter_mut().for_each(|record| record.limit_depth(reached_m));
         let mut problem = Problem::new(&elastic, &records[..kept], fitted.clone(), Settings::default());
         let fit = problem.solve().ok_or_else(unsolved)?;
         let delayed = problem.delayed(&fit);
         let to_m: Vec<f64> = (0..kept).map(|n| fit.contact_m(n)).collect();
+        let deeper = |(r, to_m): (&Record, &f64)| (r.contact_m + r.span_m() - to_m > CLOSE * reached_m).then(|| r.clone());
+        if let Some(record) = records.iter().zip(&to_m).find_map(deeper).filter(|_| reached_m < CLOSE * asked_m) {
+            return Err(too_deep(&setup, &record, reached_m));
+        }
         tries += 1;
         // where contact was found at the edge of its range, it is somewhere else
-        let moved = records.iter_mut().zip(to_m).map(|(record, to_m)| record.move_contact(to_m)).fold(false, |a, b| a | b);
-        if !moved || tries > MOST_TRIES {
+        let moves = |(record, to_m): (&mut Record, f64)| record.move_contact(to_m);
+        let moved = tries <= MOST_TRIES && records.iter_mut().zip(to_m).map(moves).fold(false, |a, b| a | b);
+        if !moved {
             break (elastic, delayed.unwrap_or(fit));
         }
     };
-    let elastic = elastic.finer_at(&setup, coarse.tissue().stiffening_b).ok_or_else(|| no_equilibrium(&setup, &records[0], 0.0))?;
+    let elastic = elastic.finer_at(&setup, coarse.tissue().stiffening_b).ok_or_else(|| {
+        let name = &records[0].name;
+        format!("{name}: finer elements of the test find no equilibrium: check --tip, --thickness and the unit of the depth")
+    })?;
     let records = &records[..];
     let mut problem = Problem::new(&elastic, &records[..kept], fitted.clone(), Settings::default());
     let fit = problem.corrected(&coarse).ok_or_else(unsolved)?;
@@ -277,6 +292,7 @@ fn contact_m(record: &Record, tissue: &Tissue, elastic: &Elastic, delay_s: f64) 
         if !record.move_contact(record.contact_m) {
             break;
         }
+        record.limit_depth(elastic.deepest_m());
     }
     record.contact_m
 }
@@ -356,25 +372,16 @@ fn combined(tried: &[(f64, Identified)], neighbours: usize) -> String {
     )
 }
 
-/// Elastic curves to the depth that the records may reach, or as deep as the elements go: first
-/// contact stays where they reach the deepest row. Beyond `certain_m` they may find no equilibrium.
-fn solve(setup: &Setup, certain_m: f64, records: &mut [Record]) -> Result<Elastic, String> {
-    for record in records.iter_mut() {
-        record.limit_depth(certain_m.max(record.least_depth_m()));
-    }
+/// Depth below first contact that the records may reach [m].
+fn deepest_m(records: &[Record]) -> f64 {
     let deepest = |r: &Record| r.contact_m + r.span_m() - r.contact_range_m[0];
-    let deepest_m = records.iter().map(deepest).fold(0.0, f64::max);
-    let elastic = Elastic::solve(setup, deepest_m).ok_or_else(|| no_equilibrium(setup, &records[0], 0.0))?;
-    match records.iter_mut().find_map(|record| (!record.limit_depth(elastic.deepest_m())).then_some(&*record)) {
-        Some(record) => Err(no_equilibrium(setup, record, elastic.deepest_m())),
-        None => Ok(elastic),
-    }
+    records.iter().map(deepest).fold(0.0, f64::max)
 }
 
-/// Sentence on elements that find no equilibrium deeper than this [m].
-fn no_equilibrium(setup: &Setup, record: &Record, reached_m: f64) -> String {
+/// Sentence on a press that goes deeper than elements of the test find an equilibrium [m].
+fn too_deep(setup: &Setup, record: &Record, reached_m: f64) -> String {
     format!(
-        "{}: the tip goes {:.3} mm deep, and finite elements of a slab of {} mm under a ball of {} mm no deeper than {:.3} mm: check --tip, --thickness and the unit of the depth",
+        "{}: the tip goes {:.2} mm deep, and finite elements of a slab of {:.2} mm under a ball of {:.2} mm no deeper than {:.2} mm: check --tip, --thickness and the unit of the depth",
         record.name,
         record.span_m() * 1e3,
         setup.block_m[2] * 1e3,

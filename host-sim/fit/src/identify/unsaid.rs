@@ -13,8 +13,8 @@ pub fn press_s(records: &[Record]) -> f64 {
     records.iter().map(|r| r.span_m() / r.speed_m_per_s()).fold(f64::MAX, f64::min)
 }
 
-/// Sentences on a fit, with those on values that it does not tell first. `most_m` is the deepest
-/// press [m] that the model of the test holds for.
+/// Sentences on a fit, with those on values that it does not tell first. `most_m` is the depth
+/// [m] up to which the model of the test is certain to hold.
 pub fn unsaid(most_m: f64, records: &[Record], fit: &Fitted, estimates: &[Estimate]) -> Vec<String> {
     let mut said = Vec::new();
     let deepest_m = records.iter().map(Record::span_m).fold(0.0, f64::max);
