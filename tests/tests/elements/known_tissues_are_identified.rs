@@ -322,8 +322,8 @@ fn made_up_tissues_are_identified() {
     }
 }
 
-/// Noise differs from row to row, so rows make up for it: at 60 per second 27 of these 40 moduli
-/// are within the target, at 240 per second 36, at 1000 per second, as test machines record, 39.
+/// Noise differs from row to row, so rows make up for it: at 60 per second four moduli in five are
+/// within the target, at 1000 per second, as test machines record, all 40.
 #[test]
 #[ignore = "finite elements for an hour: 40 tests with known constants and many rows"]
 fn the_rows_of_a_test_machine_tell_the_modulus() {

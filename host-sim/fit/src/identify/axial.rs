@@ -20,8 +20,8 @@ const EDGE: f64 = 0.25;
 const EDGE_WIDTH: f64 = 0.1;
 /// Growth of the elements' size with the distance from the fine ones (1).
 const GROWTH: f64 = 0.45;
-/// Radius up to which elements keep their size when the others are fitted to the cylinder, and depth
-/// of the fine ones, divided by the contact radius (1).
+/// Radius up to which elements keep their size when the others are fitted to the cylinder, and
+/// depth of the fine ones, divided by the contact radius (1).
 const FINE: [f64; 2] = [1.15, 0.5];
 /// Gauss points and weights on [-1, 1], exact to degree 5.
 const GAUSS: [(f64, f64); 3] = [(-0.774_596_669_241_483_4, 5.0 / 9.0), (0.0, 8.0 / 9.0), (0.774_596_669_241_483_4, 5.0 / 9.0)];
@@ -91,9 +91,9 @@ struct Pressed<'a> {
 impl Cylinder {
     /// Forces over Young's modulus [m^2] at ascending depths [m]; fewer if no equilibrium is found.
     ///
-    /// The elements shrink with the contact, and are narrow at its edge, so that their error is about
-    /// the same part of every force. With the same elements for all depths it was 3 % of the smallest
-    /// force, and swung by 0.3 % as the edge crossed elements.
+    /// The elements shrink with the contact, and are narrow at its edge, so that their error is
+    /// about the same part of every force. With the same elements for all depths it was 3 % of the
+    /// smallest force, and swung by 0.3 % as the edge crossed elements.
     #[must_use]
     pub fn forces_m2(&self, depths_m: &[f64]) -> Vec<f64> {
         let mut forces = Vec::new();
