@@ -247,8 +247,13 @@ fn presses_find_their_equilibrium() {
 /// Elements of one size for all depths were 3 % off at the smallest one.
 #[test]
 fn elements_are_as_good_at_small_depths_as_at_large_ones() {
-    let cylinder = |fineness: f64| {
-        Cylinder { ball_m: 9.49e-3, radius_m: 0.056, height_m: 5.99e-3, poisson_ratio: 0.45, stiffening_b: 5.34, fineness }
+    let cylinder = |fineness: f64| Cylinder {
+        ball_m: 9.49e-3,
+        radius_m: 0.056,
+        height_m: 5.99e-3,
+        poisson_ratio: 0.45,
+        stiffening_b: 5.34,
+        fineness,
     };
     let depths_m = depths_m(2.75e-3);
     let [coarse, fine] = [FINENESS, 0.1].map(|fineness| cylinder(fineness).forces_m2(&depths_m));
