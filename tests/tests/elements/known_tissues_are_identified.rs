@@ -284,7 +284,7 @@ fn a_press_deeper_than_the_elements_go_is_refused() {
     let record = Record::of("deep", &deep, made.setup.block_m[2]).unwrap();
     let plan = Plan { ball_m: made.setup.ball_m, block_m: made.setup.block_m, poisson_ratio: 0.45, leave_out: 0 };
     let error = identify(&plan, &[record]).unwrap_err();
-    assert!(error.contains("the tip goes") && error.contains("no deeper than"), "{error}");
+    assert!(error.contains("the tip goes") && error.contains("press no deeper"), "{error}");
 }
 
 /// Counts of modulus, exponent and shares over drawn cases of three tests each, as the guide

@@ -12,6 +12,8 @@ pub(super) use self::motion::{quantile, repeats};
 use self::signal::{Signal, UPWARDS};
 use self::touch::{FEWEST_BEFORE, LEAST_APPROACH, Touch};
 
+/// Half of the range in which first contact is fitted, over the depth of the press (1).
+pub(super) const CONTACT_RANGE: f64 = 0.2;
 /// Mean speeds of a press that are believed [mm/s].
 const SPEEDS_MM_PER_S: std::ops::RangeInclusive<f64> = 0.01..=1000.0;
 
@@ -47,7 +49,7 @@ pub struct Record {
 /// Range [m] in which first contact is fitted, around where it was found; without rows before
 /// contact, the first row may be as far below the surface as the tip then moves.
 fn contact_range_m(contact_m: f64, span_m: f64, starts_before: bool) -> [f64; 2] {
-    [contact_m - if starts_before { 0.2 } else { 1.0 } * span_m, contact_m + 0.2 * span_m]
+    [contact_m - if starts_before { CONTACT_RANGE } else { 1.0 } * span_m, contact_m + CONTACT_RANGE * span_m]
 }
 
 impl Record {
@@ -138,14 +140,14 @@ impl Record {
     }
 
     /// Moves first contact to where a fit would have it. Nothing moves, and the result is false, if
-    /// it is well within its range and the fit says no more of the tip in air.
-    pub fn move_contact(&mut self, to_m: f64) -> bool {
+    /// it need not, is well within its range, and the fit says no more of the tip in air.
+    pub fn move_contact(&mut self, to_m: f64, has_to: bool) -> bool {
         let [low, high] = self.contact_range_m;
         let edge = 0.02 * (high - low);
         let rows = self.depth_m.iter().take_while(|depth_m| **depth_m < to_m);
         let approach_m = to_m - rows.clone().copied().fold(to_m, f64::min);
         let comes_down = rows.count() >= FEWEST_BEFORE && approach_m > LEAST_APPROACH * self.span_m();
-        let moves = to_m < low + edge || to_m > high - edge || comes_down && !self.starts_before;
+        let moves = has_to || to_m < low + edge || to_m > high - edge || comes_down && !self.starts_before;
         if moves {
             self.contact_m = to_m;
             self.starts_before |= comes_down;

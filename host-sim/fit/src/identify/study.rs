@@ -6,7 +6,7 @@ use rayon::prelude::{IntoParallelIterator, ParallelIterator};
 use super::elastic::{Elastic, STILL_FINER, Setup};
 use super::fit::{CHI_90, Estimate, Fitted, Problem, Quantity, Settings};
 use super::model::{Forces, Tissue, any_n};
-use super::record::Record;
+use super::record::{CONTACT_RANGE, Record};
 use super::slide::Slide;
 use super::unsaid::{press_s, unsaid};
 
@@ -18,8 +18,6 @@ const MOST_TRIES: usize = 4;
 /// halved.
 const THICKNESSES: usize = 4;
 const HALVINGS: usize = 3;
-/// Depth over that of the elements from which a press is taken to need more (1).
-const CLOSE: f64 = 0.99;
 /// Half width of the interval of a thickness, in its logarithm, up to which it is known (1).
 const TOLD_THICKNESS: f64 = 0.2;
 /// Mean difference of neighbouring rows from the model over the peak [%], and in standard errors,
@@ -155,25 +153,27 @@ pub fn identify(plan: &Plan, records: &[Record]) -> Result<Identified, String> {
     let fitted: Vec<usize> = records[..kept].iter().map(rows).collect();
     let unsolved = || "no constants fit the forces: check the columns and their units".to_owned();
     let mut records = records.to_vec();
-    let mut tries = 0;
+    let (mut tries, mut was_short) = (0, false);
     let (elastic, coarse) = loop {
         records.iter_mut().for_each(|r| r.limit_depth(plan.most_depth_m().max(r.least_depth_m())));
         let asked_m = deepest_m(&records);
-        let elastic = Elastic::solve(&setup, asked_m).ok_or_else(|| too_deep(&setup, &records[0], 0.0))?;
+        let elastic = Elastic::solve(&setup, asked_m).ok_or_else(|| too_deep(&setup, &records, 0.0))?;
         let reached_m = elastic.deepest_m();
+        // contact may have been guessed too early; at the one that is fitted, elements must reach it
+        let is_short = reached_m < asked_m;
+        if is_short && was_short {
+            return Err(too_deep(&setup, &records, reached_m));
+        }
         records.iter_mut().for_each(|record| record.limit_depth(reached_m));
         let mut problem = Problem::new(&elastic, &records[..kept], fitted.clone(), Settings::default());
         let fit = problem.solve().ok_or_else(unsolved)?;
         let delayed = problem.delayed(&fit);
-        let to_m: Vec<f64> = (0..kept).map(|n| fit.contact_m(n)).collect();
-        let deeper = |(r, to_m): (&Record, &f64)| (r.contact_m + r.span_m() - to_m > CLOSE * reached_m).then(|| r.clone());
-        if let Some(record) = records.iter().zip(&to_m).find_map(deeper).filter(|_| reached_m < CLOSE * asked_m) {
-            return Err(too_deep(&setup, &record, reached_m));
-        }
-        tries += 1;
+        let left_out = records[kept..].iter().map(|record| contact_m(record, &fit.tissue(), &elastic, fit.delay_s()));
+        let to_m: Vec<f64> = (0..kept).map(|n| fit.contact_m(n)).chain(left_out).collect();
+        (tries, was_short) = (tries + 1, was_short | is_short);
         // where contact was found at the edge of its range, it is somewhere else
-        let moves = |(record, to_m): (&mut Record, f64)| record.move_contact(to_m);
-        let moved = tries <= MOST_TRIES && records.iter_mut().zip(to_m).map(moves).fold(false, |a, b| a | b);
+        let moves = |(record, to_m): (&mut Record, f64)| record.move_contact(to_m, is_short);
+        let moved = (is_short || tries <= MOST_TRIES) && records.iter_mut().zip(to_m).map(moves).fold(false, |a, b| a | b);
         if !moved {
             break (elastic, delayed.unwrap_or(fit));
         }
@@ -289,7 +289,7 @@ fn contact_m(record: &Record, tissue: &Tissue, elastic: &Elastic, delay_s: f64) 
         }
         // as in the fit, contact that is found at the edge of its range is somewhere else
         record.contact_m = 0.5 * (low + high);
-        if !record.move_contact(record.contact_m) {
+        if !record.move_contact(record.contact_m, false) {
             break;
         }
         record.limit_depth(elastic.deepest_m());
@@ -378,15 +378,16 @@ fn deepest_m(records: &[Record]) -> f64 {
     records.iter().map(deepest).fold(0.0, f64::max)
 }
 
-/// Sentence on a press that goes deeper than elements of the test find an equilibrium [m].
-fn too_deep(setup: &Setup, record: &Record, reached_m: f64) -> String {
+/// Sentence on presses that go deeper than elements of the test find an equilibrium [m].
+fn too_deep(setup: &Setup, records: &[Record], reached_m: f64) -> String {
+    let deepest = records.iter().max_by(|a, b| a.span_m().total_cmp(&b.span_m()));
     format!(
-        "{}: the tip goes {:.2} mm deep, and finite elements of a slab of {:.2} mm under a ball of {:.2} mm no deeper than {:.2} mm: check --tip, --thickness and the unit of the depth",
-        record.name,
-        record.span_m() * 1e3,
+        "{}: the tip goes {:.2} mm deep, and finite elements of a slab of {:.2} mm under a ball of {:.2} mm answer presses to {:.2} mm: press no deeper, or check --tip, --thickness and the unit of the depth",
+        deepest.map_or("", |record| record.name.as_str()),
+        deepest.map_or(0.0, Record::span_m) * 1e3,
         setup.block_m[2] * 1e3,
         setup.ball_m * 1e3,
-        reached_m * 1e3,
+        reached_m * 1e3 / (1.0 + CONTACT_RANGE),
     )
 }
 
