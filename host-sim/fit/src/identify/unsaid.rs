@@ -27,7 +27,7 @@ pub fn unsaid(most_m: f64, records: &[Record], fit: &Fitted, estimates: &[Estima
             Quantity::Modulus => {
                 let with = match () {
                     () if contact(e.of) && !records.iter().all(|r| r.starts_before) => "it trades off with first contact: begin in air, and record at a higher rate".into(),
-                    () if fit.correlation(e.of, Quantity::Exponent).abs() > TRADED => "it trades off with the exponent: press deeper, at a higher rate of rows".into(),
+                    () if deepest_m < DEEP * most_m && fit.correlation(e.of, Quantity::Exponent).abs() > TRADED => "it trades off with the exponent: press deeper, at a higher rate of rows".into(),
                     () if (0..fit.terms()).any(|k| fit.correlation(e.of, Quantity::Share(k)).abs() > TRADED) => format!("it trades off with the fast relaxation: press faster than in {:.2} s", 0.3 * press_s),
                     () => "repeat the test, and leave the tests in one folder".to_owned(),
                 };
