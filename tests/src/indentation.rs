@@ -10,7 +10,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
 /// Size of the elements over the contact radius; those that `identify` uses are coarser.
-const FINENESS: f64 = 0.07;
+const FINENESS: f64 = 0.1;
 
 /// A test that is made up.
 #[derive(Clone, Debug)]

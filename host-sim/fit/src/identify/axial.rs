@@ -18,8 +18,9 @@ const EDGES: u32 = 8;
 /// how far from the edge they are so narrow, divided by the contact radius (1).
 const EDGE: f64 = 0.25;
 const EDGE_WIDTH: f64 = 0.1;
-/// Growth of the elements' size with the distance from the fine ones (1).
-const GROWTH: f64 = 0.45;
+/// Growth of the elements' size with the distance from the fine ones, divided by the fineness (1),
+/// so that finer elements are finer everywhere.
+const GROWTH: f64 = 3.2;
 /// Radius up to which elements keep their size when the others are fitted to the cylinder, and
 /// depth of the fine ones, divided by the contact radius (1).
 const FINE: [f64; 2] = [1.15, 0.5];
@@ -130,7 +131,7 @@ impl<'a> Mesh<'a> {
         // a slab may be thinner than the contact is wide
         let tall_m = contact_m.min(of.height_m);
         let (near_m, below_m) = (FINE[0] * contact_m, FINE[1] * tall_m);
-        let grown_m = |beyond_m: f64| GROWTH * beyond_m.max(0.0);
+        let grown_m = |beyond_m: f64| GROWTH * of.fineness * beyond_m.max(0.0);
         // the pressure ends like a square root, which shape functions miss
         let width_m = |r: f64| EDGE * fine_m + grown_m((r - contact_m).abs() - EDGE_WIDTH * contact_m);
         let width_m = |r: f64| width_m(r).min(if r < contact_m { fine_m } else { f64::MAX });
