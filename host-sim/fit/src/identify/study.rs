@@ -251,7 +251,7 @@ pub fn identify(plan: &Plan, records: &[Record]) -> Result<Identified, String> {
     let judged = records.iter().zip(&tests).take(kept);
     let worst = judged.filter_map(|(record, test)| misfit(record, test)).max_by(|a, b| a.0.total_cmp(&b.0));
     let mut unsaid = unsaid(plan.most_depth_m(), &records[..kept], &fit, &estimates);
-    let doubts = [deep(plan, &records[..kept], &fit), worst.map(|(_, sentence)| sentence)];
+    let doubts = [worst.map(|(_, sentence)| sentence), deep(plan, &records[..kept], &fit)];
     let misfits = doubts.iter().any(Option::is_some);
     unsaid.splice(0..0, doubts.into_iter().flatten());
     Ok(Identified {
