@@ -161,7 +161,7 @@ pub fn identify(plan: &Plan, records: &[Record]) -> Result<Identified, String> {
         let asked_m = deepest_m(&records);
         let elastic = Elastic::solve(&setup, asked_m).ok_or_else(|| too_deep(&setup, &records, 0.0))?;
         let reached_m = elastic.deepest_m();
-        // contact may have been guessed too early; at the one that is fitted, elements must reach it
+        // contact may have been guessed too early; at the fitted one, elements must reach it
         let is_short = reached_m < asked_m;
         if is_short && was_short {
             return Err(too_deep(&setup, &records, reached_m));
