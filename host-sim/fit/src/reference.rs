@@ -9,12 +9,12 @@
 
 pub mod assembly;
 pub mod body;
-mod cholesky;
+pub(crate) mod cholesky;
 pub mod condensed;
 pub(crate) mod conform;
 pub(crate) mod curved;
 pub mod domain;
-mod elimination;
+pub(crate) mod elimination;
 pub mod extrapolate;
 pub mod glued;
 pub mod minimise;
