@@ -44,11 +44,11 @@ impl Drive {
         let asked_n = self.line_n.front().copied().unwrap_or_default();
         let left = if self.lag_s > 0.0 { (-TICK_S / f64::from(STEPS) / self.lag_s).exp() } else { 0.0 };
         let step_m = (to_m - from_m) / f64::from(STEPS);
-        let mut work_j = 0.0;
+        let mut sum_n = Vector3::zeros();
         for _ in 0..STEPS {
             self.acting_n = asked_n + (self.acting_n - asked_n) * left;
-            work_j += self.acting_n.dot(&step_m);
+            sum_n += self.acting_n;
         }
-        Truth { at_m: *to_m, acting_n: self.acting_n, work_j }
+        Truth { at_m: *to_m, mean_n: sum_n / f64::from(STEPS), work_j: sum_n.dot(&step_m) }
     }
 }

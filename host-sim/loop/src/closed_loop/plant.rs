@@ -59,8 +59,9 @@ pub struct Plant {
     sequence: u32,
     t_s: f64,
     energy: PortEnergy,
-    /// Work of the motors' force in the last tick [J].
+    /// Work of the motors' force in the last tick [J], and the sum of this force over its steps [N].
     work_j: f64,
+    sum_n: Vector3<f64>,
 }
 
 impl Plant {
@@ -81,6 +82,7 @@ impl Plant {
             t_s: 0.0,
             energy: PortEnergy::default(),
             work_j: 0.0,
+            sum_n: Vector3::zeros(),
         }
     }
 
@@ -126,7 +128,7 @@ impl Plant {
     /// Motion and force at the port in the last tick.
     #[must_use]
     pub fn truth(&self) -> Truth {
-        Truth { at_m: self.at_m, acting_n: self.acting_n, work_j: self.work_j }
+        Truth { at_m: self.at_m, mean_n: self.sum_n / f64::from(STEPS), work_j: self.work_j }
     }
 
     /// Sets the velocity of the handle to zero, for ticks in which it is held still.
@@ -140,7 +142,7 @@ impl Plant {
         if !touched && self.line_n.iter().all(|f| *f == Vector3::zeros()) && self.acting_n.norm() < 1e-4 {
             self.energy.leave();
         }
-        self.work_j = 0.0;
+        (self.work_j, self.sum_n) = (0.0, Vector3::zeros());
         let dt_s = TICK_S / f64::from(STEPS);
         let lag = match self.device.amplifier_lag_s {
             lag_s if lag_s > 0.0 => 1.0 - (-dt_s / lag_s).exp(),
@@ -152,6 +154,7 @@ impl Plant {
         let (mut moved_kg, mut per_force, mut friction_m_per_s) = (f64::NAN, 0.0, 0.0);
         for step in 0..STEPS {
             self.acting_n += (asked_n - self.acting_n) * lag;
+            self.sum_n += self.acting_n;
             let t_s = self.t_s + f64::from(step) * dt_s;
             let hand_n = self.hand.force_n(aim, &self.at_m, &self.velocity_m_per_s, t_s, dt_s);
             let mass_kg = self.device.mass_kg + self.hand.mass_kg(aim, t_s);

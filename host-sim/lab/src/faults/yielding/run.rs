@@ -12,7 +12,7 @@ use super::ceiling::{Measured, stiffest_n_per_m};
 use super::energy::{GivenEnergy, Ledger};
 use super::felt::Felt;
 use super::target::{HAND_M_PER_S, Target, WITHDRAW_M_PER_S};
-use super::truth::{Instant, shake_n};
+use super::truth::{hand_m_per_s2, shake_n};
 use crate::faults::paths::PathGround;
 use palpate_loop::closed_loop::hand::{Grip, Hand};
 use palpate_loop::closed_loop::plant::Plant;
@@ -129,7 +129,7 @@ impl YieldingCase {
             let repeats = falls_on(tick, self.missing_ticks);
             let mut port = Port { plant: &mut plant, last: &mut reading, repeats };
             let telemetry = rig.tick(&mut port, &mut renderer, Command { asked, found, ..Command::HEARD });
-            let before = Instant::of(&plant);
+            let from_m_per_s = plant.velocity_m_per_s();
             let aim = if matches!(mode, Mode::Active | Mode::Degraded | Mode::SafeRamp) {
                 motion_ticks = (motion_ticks + 1) % length_ticks;
                 target.follow(
@@ -141,7 +141,7 @@ impl YieldingCase {
                 target.follow(&start_m, WITHDRAW_M_PER_S)
             };
             plant.step(&aim, true);
-            outcome.hand_m_per_s2 = outcome.hand_m_per_s2.max(before.hand_m_per_s2(&Instant::of(&plant), self));
+            outcome.hand_m_per_s2 = outcome.hand_m_per_s2.max(hand_m_per_s2(&from_m_per_s, &plant, self));
             rig.acted(&plant.truth());
             let acting_n = plant.acting_n();
             // contact is what the geometry at rest tells, or any force

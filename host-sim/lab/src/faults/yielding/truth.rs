@@ -18,32 +18,11 @@ const WINDOW_TICKS: usize = 2000;
 const SHORTEST_TICKS: usize = 500;
 const WINDOW_STEP_TICKS: usize = 250;
 
-/// Velocity and force of a plant at the end of a tick.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Instant {
-    m_per_s: Vector3<f64>,
-    acting_n: Vector3<f64>,
-}
-
-impl Instant {
-    pub fn of(plant: &Plant) -> Self {
-        Self { m_per_s: plant.velocity_m_per_s(), acting_n: plant.acting_n() }
-    }
-
-    /// Acceleration of the tip in the tick that follows, by everything but the motors [m/s^2].
-    pub fn hand_m_per_s2(&self, after: &Self, case: &YieldingCase) -> f64 {
-        let moved_kg = case.device.mass_kg + case.hand.mass_kg;
-        // the force follows what the amplifier was asked for; its mean over the tick is exact
-        let mean_n = match case.device.amplifier_lag_s {
-            lag_s if lag_s > 0.0 => {
-                let left = (-TICK_S / lag_s).exp();
-                let asked_n = (after.acting_n - self.acting_n * left) / (1.0 - left);
-                asked_n + (self.acting_n - asked_n) * (lag_s / TICK_S * (1.0 - left))
-            }
-            _ => after.acting_n,
-        };
-        ((after.m_per_s - self.m_per_s) / TICK_S - mean_n / moved_kg).norm()
-    }
+/// Acceleration of the tip in a tick by everything but the motors [m/s^2], from the velocity at its
+/// start [m/s].
+pub(super) fn hand_m_per_s2(from_m_per_s: &Vector3<f64>, plant: &Plant, case: &YieldingCase) -> f64 {
+    let moved_kg = case.device.mass_kg + case.hand.mass_kg;
+    ((plant.velocity_m_per_s() - from_m_per_s) / TICK_S - plant.truth().mean_n / moved_kg).norm()
 }
 
 /// Largest RMS force above 15 Hz in a window, from one second after a press of

@@ -27,8 +27,8 @@ const ACTS_N: f64 = 1e-4;
 pub struct Truth {
     /// Position of the tip at the end of the tick [m].
     pub at_m: Vector3<f64>,
-    /// Force that acted at the end of the tick [N], after delay and lag.
-    pub acting_n: Vector3<f64>,
+    /// Force that acted, after delay and lag: its mean over the tick [N].
+    pub mean_n: Vector3<f64>,
     /// Work of that force along the way of the tip within the tick [J]; positive if the hand was
     /// given energy.
     pub work_j: f64,
@@ -54,7 +54,7 @@ impl PortWatch {
     /// # Errors
     /// Returns the first invariant that the tick breaks.
     pub fn check(&mut self, truth: &Truth) -> Result<(), Broken> {
-        let acts = truth.acting_n.norm() > ACTS_N;
+        let acts = truth.mean_n.norm() > ACTS_N;
         let contact = acts || self.energy.in_contact();
         let depth_m = if contact { self.shape.depth_m(&truth.at_m) } else { 0.0 };
         // a tip that is level with the surface is still in contact

@@ -129,7 +129,7 @@ impl EnergyWatch {
             self.contact = Contact { worst_j: self.contact.worst_j, ..Contact::default() };
         }
         let given_j = self.beyond_j - self.least_j;
-        self.most_n = if free { 0.0 } else { self.most_n.max(truth.acting_n.norm()) };
+        self.most_n = if free { 0.0 } else { self.most_n.max(truth.mean_n.norm()) };
         self.least_j = self.least_j.min(self.beyond_j + self.most_n * depth_m);
         // written so that NaN fails
         if given_j <= self.bound.at_once_j { Ok(()) } else { Err(Broken { id: "I11", what: "energy given" }) }

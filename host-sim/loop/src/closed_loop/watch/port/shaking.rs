@@ -83,11 +83,11 @@ impl Default for ShakingWatch {
 impl ShakingWatch {
     /// Checks a tick that ends at this depth [m].
     pub(super) fn check(&mut self, truth: &Truth, depth_m: f64) -> Result<(), Broken> {
-        let shaking_n = self.force.next(truth.acting_n);
+        let shaking_n = self.force.next(truth.mean_n);
         let (last_m, last_n) = self.last.replace((truth.at_m, shaking_n)).unwrap_or((truth.at_m, shaking_n));
         let moved_m = truth.at_m - last_m;
         let slow_m_per_s = self.velocity.next(moved_m / TICK_S);
-        let slope_n_per_m = SLOPE * truth.acting_n.norm() / depth_m.max(LEAST_DEPTH_M);
+        let slope_n_per_m = SLOPE * truth.mean_n.norm() / depth_m.max(LEAST_DEPTH_M);
         self.now.force += shaking_n.norm_squared();
         self.now.rate += ((shaking_n - last_n) / TICK_S).norm_squared();
         self.now.explained += slope_n_per_m * slope_n_per_m * slow_m_per_s.norm_squared();

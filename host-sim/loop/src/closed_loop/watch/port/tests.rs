@@ -5,6 +5,7 @@ use palpate::Vector3;
 use palpate::haptic::device::DeviceSpec;
 
 use super::{PortWatch, Truth};
+use crate::closed_loop::drive::Drive;
 use crate::closed_loop::watch::HalfSpace;
 use palpate_tissue::scene::TICK_S;
 
@@ -26,8 +27,8 @@ impl Port {
 
     /// Moves the tip to this depth and place along the surface [m] under this force [N].
     fn tick(&mut self, depth_m: f64, aside_m: f64, force_n: f64) {
-        let (at_m, acting_n) = (Vector3::new(aside_m, 0.0, -depth_m), Vector3::z() * force_n);
-        self.last = Truth { at_m, acting_n, work_j: acting_n.dot(&(at_m - self.last.at_m)) };
+        let (at_m, mean_n) = (Vector3::new(aside_m, 0.0, -depth_m), Vector3::z() * force_n);
+        self.last = Truth { at_m, mean_n, work_j: mean_n.dot(&(at_m - self.last.at_m)) };
         self.broken.extend(self.watch.check(&self.last).err().map(|b| b.id));
     }
 
@@ -110,6 +111,23 @@ fn a_vibration_counts_if_the_force_feeds_it() {
         let depth_m = |t: f64| 4e-3 + 0.2e-3 * (TAU * 30.0 * t).sin();
         let found = Port::new().run(3.0, |t| (depth_m(t), 0.0, 1.6 + 1000.0 * (depth_m(t - late_s) - 4e-3)));
         assert_eq!(found.contains(&"I15"), noticed, "{late_s} s late: {found:?}");
+    }
+}
+
+/// An amplifier's lag changes the force within a tick. Paired with the force at the end of the tick,
+/// the way seemed to give the device what the hand was given.
+#[test]
+fn under_a_lag_a_vibration_counts_if_the_force_feeds_it() {
+    for (early_s, noticed) in [(0.6e-3, true), (0.8e-3, false)] {
+        let depth_m = |t: f64| 4e-3 + 0.5e-3 * (TAU * 60.0 * t).sin();
+        let (mut port, mut drive) = (Port::new(), Drive::new(0, 0.2e-3));
+        for n in 0..3000_i32 {
+            let t = f64::from(n) * TICK_S;
+            drive.send(Vector3::z() * spring_n(depth_m(t + early_s)));
+            let [from_m, to_m] = [t, t + TICK_S].map(|t| -Vector3::z() * depth_m(t));
+            port.broken.extend(port.watch.check(&drive.carry(&from_m, &to_m)).err().map(|b| b.id));
+        }
+        assert_eq!(port.broken.contains(&"I15"), noticed, "{early_s} s early: {:?}", port.broken.first());
     }
 }
 
