@@ -147,7 +147,7 @@ impl<'a> Problem<'a> {
         Self { elastic, records, rows, sigma_n, settings, press_s, times_s }
     }
 
-    /// The same rows with other settings, and perhaps with first contact elsewhere.
+    /// A fit of the same rows with other settings, and perhaps with first contact elsewhere.
     #[must_use]
     pub fn with<'b>(&self, records: &'b [Record], settings: Settings) -> Problem<'b>
     where

@@ -59,7 +59,7 @@ pub struct Plant {
     sequence: u32,
     t_s: f64,
     energy: PortEnergy,
-    /// Work of the motors' force in the last tick [J], and the sum of this force over its steps [N].
+    /// Work of the motors' force in the last tick [J], and this force summed over its steps [N].
     work_j: f64,
     sum_n: Vector3<f64>,
 }

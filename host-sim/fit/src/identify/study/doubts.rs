@@ -1,5 +1,5 @@
-//! What the rows contain and the model does not, presses that are too deep, and moduli that no
-//! tissue has.
+//! Doubts about a result: rows that contain more than the model, a press that is too deep, and a
+//! modulus that no tissue has.
 
 use super::super::fit::Fitted;
 use super::super::record::Record;

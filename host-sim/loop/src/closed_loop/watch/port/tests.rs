@@ -114,8 +114,8 @@ fn a_vibration_counts_if_the_force_feeds_it() {
     }
 }
 
-/// An amplifier's lag changes the force within a tick. Paired with the force at the end of the tick,
-/// the way seemed to give the device what the hand was given.
+/// An amplifier's lag changes the force within a tick. Paired with the force at the tick's end, the
+/// way seemed to give the device what the hand was given.
 #[test]
 fn under_a_lag_a_vibration_counts_if_the_force_feeds_it() {
     for (early_s, noticed) in [(0.6e-3, true), (0.8e-3, false)] {
