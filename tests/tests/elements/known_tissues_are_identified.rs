@@ -316,25 +316,23 @@ fn counted(rate_hz: f64, cases: u64) -> [Tally; 3] {
     tallies
 }
 
-/// Share of cases whose truth lies in the 90 % interval, and share of the values that are given as
-/// told that are within the target.
+/// At 60 rows per second four moduli in five are within the target.
 #[test]
-#[ignore = "finite elements for half an hour: 200 tests with known constants"]
+#[ignore = "finite elements for twenty minutes: 200 tests with known constants"]
 fn made_up_tissues_are_identified() {
     for tally in counted(60.0, 200) {
         let [inside, told_right] = [tally.inside(), tally.told_right()];
-        assert!((0.8..=1.0).contains(&inside) && told_right >= 0.9, "{tally}");
+        assert!((0.85..=0.95).contains(&inside) && told_right >= 0.9, "{tally}");
     }
 }
 
-/// Noise differs from row to row, so rows make up for it: at 60 per second four moduli in five are
-/// within the target, at 1000 per second, as test machines record, all 40.
+/// Noise differs from row to row, so the many rows of a test machine make up for it.
 #[test]
-#[ignore = "finite elements for an hour: 40 tests with known constants and many rows"]
+#[ignore = "finite elements for an hour: 200 tests with known constants and many rows"]
 fn the_rows_of_a_test_machine_tell_the_modulus() {
-    let [modulus, exponent, shares] = counted(1000.0, 40);
-    for tally in [modulus, exponent, shares] {
-        assert!(tally.inside() >= 0.85 && tally.right() >= 0.9 && tally.told_right() >= 0.95, "{tally}");
+    for tally in counted(1000.0, 200) {
+        let right = tally.right() >= 0.95 && tally.told_right() >= 0.95;
+        assert!((0.85..=0.95).contains(&tally.inside()) && right, "{tally}");
     }
 }
 
