@@ -107,6 +107,7 @@ fn a_shallow_short_press_tells_no_exponent_and_says_so() {
     let made = Indentation { depth_m: 0.8e-3, durations_s: [0.3, 1.0, 0.0, 0.0], noise: 0.02, ..Indentation::phantom() };
     let found = identified(&made, &made.csv(), 0);
     assert!(!found.of(Quantity::Exponent).unwrap().told());
+    assert!(!found.of(Quantity::Relaxed).unwrap().told(), "nothing is held");
     let said = found.unsaid.join("\n");
     assert!(said.contains("the exponent b lies between") && said.contains("hold for ten seconds"), "{said}");
 }
@@ -166,6 +167,22 @@ fn a_thickness_that_is_not_told_is_refused() {
     let made = Indentation { setup: thick, depth_m: 2e-3, durations_s: [0.5, 1.0, 3.0, 0.0], ..Indentation::phantom() };
     let why = within(&made, [15e-3, 40e-3]).unwrap_err();
     assert!(why.contains("only the combination of thickness, modulus and exponent") && why.contains("--thickness"), "{why}");
+}
+
+/// The best thickness of a range that ends before the true one is no thickness that was found, and
+/// what a range leaves open is said with the intervals that the range gives.
+#[test]
+#[ignore = "a minute of finite elements: ten thicknesses"]
+fn a_range_of_thicknesses_says_no_more_than_it_may() {
+    let thick = Setup { ball_m: 4e-3, block_m: [0.16, 0.16, 40e-3], poisson_ratio: 0.45 };
+    let tissue = Tissue { stiffening_b: 0.0, ..Indentation::phantom().tissue };
+    let made = Indentation { setup: thick, tissue, depth_m: 3.2e-3, noise: 0.003, rate_hz: 200.0, ..Indentation::phantom() };
+    let why = within(&made, [5e-3, 14e-3]).unwrap_err();
+    assert!(why.contains("at the end of the range"), "{why}");
+    let found = within(&Indentation::phantom(), [9e-3, 12e-3]).unwrap();
+    let b = found.of(Quantity::Exponent).unwrap();
+    let said = found.unsaid.join("\n");
+    assert!(!b.told() && said.contains(&format!("the exponent b lies between {:.2} and", b.interval[0])), "{b:?}: {said}");
 }
 
 /// A thin slab under a deep press without much noise shows its thickness.

@@ -15,7 +15,7 @@ use mesh::{Mesh, Pressed};
 pub struct Cylinder {
     /// Radius of the ball [m].
     pub ball_m: f64,
-    /// Radius and height of the cylinder [m].
+    /// Radius of the cylinder [m].
     pub radius_m: f64,
     /// Height of the cylinder [m].
     pub height_m: f64,

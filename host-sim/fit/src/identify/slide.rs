@@ -12,7 +12,7 @@ const MOST: f64 = 3.0;
 /// A slide of a pressed tip.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Slide {
-    /// Way along the surface [m] and its mean speed [m/s].
+    /// Way along the surface [m].
     pub travel_m: f64,
     /// Mean speed along the surface [m/s].
     pub speed_m_per_s: f64,

@@ -17,7 +17,7 @@ use super::fit::{Estimate, Fitted, Problem, Quantity, Settings};
 use super::model::{Tissue, any_n};
 use super::record::Record;
 use super::slide::Slide;
-use super::unsaid::{press_s, unsaid};
+use super::unsaid::{is_held, press_s, unsaid};
 
 /// Rms error over the peak [%] above which the rows are no test of a tissue.
 const MOST_RMS_PCT: f64 = 8.0;
@@ -142,6 +142,11 @@ impl Plan {
 /// One sentence: a press is deeper than the finite elements find an equilibrium, or the modulus is
 /// not that of a tissue.
 pub fn identify(plan: &Plan, records: &[Record]) -> Result<Identified, String> {
+    identify_with(plan, records, &[])
+}
+
+/// Identifies a tissue whose constants may also lie in some other intervals.
+fn identify_with(plan: &Plan, records: &[Record], others: &[(Quantity, [f64; 2])]) -> Result<Identified, String> {
     let half = records.len() == 1 && plan.leave_out > 0;
     let kept = if half { 1 } else { records.len().saturating_sub(plan.leave_out).max(records.len().min(1)) };
     let setup = Setup { ball_m: plan.ball_m, block_m: plan.block_m, poisson_ratio: plan.poisson_ratio };
@@ -166,7 +171,13 @@ pub fn identify(plan: &Plan, records: &[Record]) -> Result<Identified, String> {
             records[0].name
         ));
     }
-    let estimates = estimates(&problem, &coarse, &fit);
+    let mut estimates = estimates(&problem, &coarse, &fit);
+    for (of, [low, high]) in others {
+        estimates
+            .iter_mut()
+            .filter(|e| e.of == *of)
+            .for_each(|e| e.interval = [e.interval[0].min(*low), e.interval[1].max(*high)]);
+    }
     let curve = elastic.at(tissue.stiffening_b);
     let test = |(n, record): (usize, &Record)| {
         let contact_m = if n < kept { fit.contact_m(n) } else { contact_m(record, &tissue, &elastic, fit.delay_s()) };
@@ -212,6 +223,7 @@ fn estimates(problem: &Problem, coarse: &Fitted, fit: &Fitted) -> Vec<Estimate> 
     // behind a term that is faster than the rows see, the instantaneous modulus has no upper end
     let unseen = |e: &Estimate| matches!(e.of, Quantity::Time(_)) && e.open && e.interval[1] < press_s(problem.records());
     estimates[0].open |= estimates.iter().any(unseen);
+    estimates[1].open |= !is_held(problem.records());
     let wider = |e: Estimate| e.wider(STILL_FINER * problem.change(e.of, coarse, fit).abs());
     estimates.into_iter().map(wider).collect()
 }

@@ -8,6 +8,14 @@ const DEEP: f64 = 0.9;
 /// Correlation from which two quantities trade off (1).
 const TRADED: f64 = 0.85;
 
+/// Shortest hold that shows relaxation [s].
+const LEAST_HOLD_S: f64 = 1.0;
+
+/// Whether some test is held for so long that relaxation is seen.
+pub fn is_held(records: &[Record]) -> bool {
+    records.iter().any(|record| record.hold_s() >= LEAST_HOLD_S)
+}
+
 /// Duration of the fastest press [s].
 pub fn press_s(records: &[Record]) -> f64 {
     records.iter().map(|r| r.span_m() / r.speed_m_per_s()).fold(f64::MAX, f64::min)
@@ -59,7 +67,7 @@ pub fn unsaid(most_m: f64, records: &[Record], fit: &Fitted, estimates: &[Estima
             if fit.delay_s() > 0.0 { "after" } else { "before" }
         ));
     }
-    if hold_s < 1.0 {
+    if !is_held(records) {
         said.push(format!(
             "relaxation is not seen in a hold of {hold_s:.1} s, so the modulus is that of this speed; hold for ten seconds"
         ));

@@ -19,7 +19,7 @@ pub struct IdentifyArgs {
     pub tip: f64,
     /// Thickness of the tissue on its support, such as 10mm; or a range such as 5..20mm, in which
     /// it is fitted.
-    #[arg(long, value_name = "LENGTH", value_parser = thickness)]
+    #[arg(long, value_name = "LENGTH", value_parser = thickness, allow_hyphen_values = true)]
     pub thickness: [f64; 2],
     /// Sides of the tissue, such as 50x50mm [default: wide enough not to matter].
     #[arg(long, value_name = "SIDExSIDE", value_parser = sides)]

@@ -6,7 +6,8 @@ use super::{CHI_90, Estimate, Fitted, Problem, Quantity};
 const HOLDING: f64 = 1e3;
 
 impl Problem<'_> {
-    /// The 90 % interval of a quantity; it contains those of about equally likely numbers of terms.
+    /// The 90 % interval of a quantity; those of moduli and exponent contain what about equally
+    /// likely numbers of terms give.
     #[must_use]
     pub fn estimate(&self, fit: &Fitted, of: Quantity) -> Estimate {
         let own = self.estimate_alone(fit, of);

@@ -23,6 +23,7 @@ const WORDS: [(&str, &[&str]); 4] = [
             "crosshead",
             "weg",
             "standardweg",
+            "traversenweg",
             "eindringung",
             "verschiebung",
             "profondeur",
@@ -33,7 +34,23 @@ const WORDS: [(&str, &[&str]); 4] = [
             "indentacion",
         ],
     ),
-    ("force", &["force", "fz", "load", "kraft", "standardkraft", "normalkraft", "last", "effort", "charge", "fuerza", "carga"]),
+    (
+        "force",
+        &[
+            "force",
+            "fz",
+            "load",
+            "kraft",
+            "standardkraft",
+            "prufkraft",
+            "normalkraft",
+            "last",
+            "effort",
+            "charge",
+            "fuerza",
+            "carga",
+        ],
+    ),
     ("test", &["test", "specimen", "run", "versuch", "probe", "essai", "ensayo", "prueba"]),
 ];
 
@@ -127,14 +144,15 @@ pub struct Table {
 
 fn plain(text: &str) -> String {
     let flat = |c: char| match c {
-        'é' | 'è' | 'ê' | 'É' => 'e',
-        'á' | 'à' | 'â' | 'ä' => 'a',
-        'ó' | 'ô' | 'ö' => 'o',
-        'í' | 'î' => 'i',
-        'ú' | 'û' | 'ü' => 'u',
+        'é' | 'è' | 'ê' | 'É' | 'È' | 'Ê' => 'e',
+        'á' | 'à' | 'â' | 'ä' | 'Á' | 'À' | 'Â' | 'Ä' => 'a',
+        'ó' | 'ô' | 'ö' | 'Ó' | 'Ô' | 'Ö' => 'o',
+        'í' | 'î' | 'Í' | 'Î' => 'i',
+        'ú' | 'û' | 'ü' | 'Ú' | 'Û' | 'Ü' => 'u',
         c => c,
     };
-    text.chars().map(flat).collect()
+    // accents may be characters of their own
+    text.chars().filter(|c| !('\u{300}'..='\u{36f}').contains(c)).map(flat).collect()
 }
 
 /// Quantity and unit of a heading: words and one unit, in any order and punctuation.

@@ -1,7 +1,7 @@
 //! The columns of a test, and what makes them unusable.
 
 use super::motion::{Segments, between_readings, driven, lasting, mean, merged, noise, quantile, spikes, thinned};
-use super::touch::{MOST_DRIFT, Touch, UNSURE};
+use super::touch::{FEWEST_BEFORE, LEAST_APPROACH, MOST_DRIFT, Touch, UNSURE};
 
 /// Fewest rows of a test.
 const FEWEST_ROWS: usize = 20;
@@ -139,11 +139,25 @@ impl Signal {
                 100.0 * (drift_n_per_s * until_s / peak_n).abs()
             ));
         }
+        let deepest_m = self.depth_m[peak.deepest];
+        let is_out = |n: &usize| self.depth_m[*n] < touch.depth_m - LEAST_APPROACH * (deepest_m - touch.depth_m);
+        let after: Vec<f64> = segments.retreat.clone().filter(is_out).map(|n| self.force_n[n]).collect();
+        // a sticky tissue pulls at first
+        let after = &after[after.len() / 2..];
+        if touch.in_air(&self.depth_m, deepest_m) && after.len() >= FEWEST_BEFORE {
+            let change_n = mean(after) - touch.zero_n;
+            if change_n.abs() > (MOST_DRIFT * peak_n).max(UNSURE * lasts * self.noise_n / (after.len() as f64).sqrt()) {
+                return Err(format!(
+                    "the force after the tip has left differs by {:+.0} % of its peak from that before contact: the sensor drifts, or the tissue sticks to the tip; let the sensor warm up, or wet the tip and retreat further",
+                    100.0 * change_n / peak_n
+                ));
+            }
+        }
         let quarter = hold.len() / 4;
         let rise = |of: &[f64]| mean(&of[hold.end - quarter..hold.end]) - mean(&of[hold.start..hold.start + quarter]);
         let [rise_m, rise_n] = [&self.depth_m, &self.force_n].map(|of| rise(of));
         let least_n = (MOST_DRIFT * peak_n).max(UNSURE * lasts * self.noise_n * (2.0 / quarter as f64).sqrt());
-        if rise_m < LEVEL * (self.depth_m[peak.deepest] - touch.depth_m) && rise_n > least_n {
+        if rise_m < LEVEL * (deepest_m - touch.depth_m) && rise_n > least_n {
             return Err(format!(
                 "the force rises by {:.0} % of its peak while the depth is held, which no tissue does: the sensor drifts; let the sensor warm up",
                 100.0 * rise_n / peak_n

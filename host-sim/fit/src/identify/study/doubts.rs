@@ -19,14 +19,18 @@ const MISFIT_PARTS: usize = 40;
 /// is far above the noise: rows contain something that the model does not.
 pub(super) fn misfit(record: &Record, test: &Judged) -> Option<(f64, String)> {
     let peak_n = record.force_n.iter().copied().fold(0.0, f64::max);
-    let off_n: Vec<f64> = test.model_n[..test.fitted].iter().zip(&record.force_n).map(|(model, force)| force - model).collect();
+    let off_n: Vec<f64> = test.model_n.iter().zip(&record.force_n).map(|(model, force)| force - model).collect();
     let rows = (off_n.len() / MISFIT_PARTS).max(5);
     let means = off_n.windows(rows).map(|part| part.iter().sum::<f64>() / rows as f64);
     let (at, mean_n) = means.enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
     let (middle, pct) = (at + rows / 2, 100.0 * mean_n / peak_n);
     (pct.abs() > MISFIT_PCT && mean_n.abs() > MISFIT_NOISES * record.noise_n / (rows as f64).sqrt()).then(|| {
+        let causes = match middle >= record.segments.retreat.start {
+            true => "the tissue keeps a dent or sticks to the tip, relaxes otherwise than the hold shows, or the sensor drifts; hold for longer",
+            false => "a slip, a puncture, a drift, or tests of different tissues; leave out what is not the tissue",
+        };
         let sentence = format!(
-            "{}: after {:.2} s, {:.2} mm deep, the force is {pct:+.0} % of its peak off the model: a slip, a puncture, a drift, or tests of different tissues; leave out what is not the tissue",
+            "{}: after {:.2} s, {:.2} mm deep, the force is {pct:+.0} % of its peak off the model: {causes}",
             record.name,
             record.time_s[middle] - record.time_s[0],
             (record.depth_m[middle] - test.contact_m) * 1e3,

@@ -2,7 +2,7 @@
 
 use super::super::fit::{CHI_90, Quantity};
 use super::super::record::Record;
-use super::{Identified, Plan, identify};
+use super::{Identified, Plan, identify, identify_with};
 
 /// Number of thicknesses of a range that are tried, and how often the best one's neighbourhood is
 /// halved.
@@ -14,7 +14,8 @@ const TOLD_THICKNESS: f64 = 0.2;
 /// Identifies a tissue together with its thickness, of which only a range [m] is known.
 ///
 /// # Errors
-/// As [`identify`]; or only the combination of thickness, modulus and exponent is known.
+/// As [`identify`]; or only the combination of thickness, modulus and exponent is known, or the
+/// range ends before the best thickness.
 pub fn identify_within(plan: &Plan, range_m: [f64; 2], records: &[Record]) -> Result<Identified, String> {
     let at = |ln: f64| {
         let [x, y, _] = plan.block_m;
@@ -34,8 +35,10 @@ pub fn identify_within(plan: &Plan, range_m: [f64; 2], records: &[Record]) -> Re
             break;
         }
         for n in [best + 1, best].into_iter().filter(|n| (1..count).contains(n)) {
-            let between = at(tried[n - 1].0.midpoint(tried[n].0))?;
-            tried.insert(n, between);
+            // as an end of the range, it may be too thin for the depth
+            if let Ok(between) = at(tried[n - 1].0.midpoint(tried[n].0)) {
+                tried.insert(n, between);
+            }
         }
     }
     let why = combined(&tried, 1);
@@ -43,22 +46,26 @@ pub fn identify_within(plan: &Plan, range_m: [f64; 2], records: &[Record]) -> Re
         return Err(format!("{}: {why}", records[0].name));
     }
     let ([first, last], best) = likely(&tried);
+    let (end, is_whole) = (tried.len() - 1, first == 0 && last + 1 == tried.len());
+    if (best == 0 || best == end) && !is_whole {
+        return Err(format!(
+            "{}: a thickness of {:.2} mm fits best, at the end of the range or of what this depth allows: give a wider range, or measure the thickness and state it with --thickness",
+            records[0].name,
+            tried[best].0.exp() * 1e3
+        ));
+    }
     // the end of the interval lies between a likely thickness and its unlikely neighbour
-    let thickness_m = [tried[first.saturating_sub(1)].0, tried[(last + 1).min(tried.len() - 1)].0].map(f64::exp);
+    let thickness_m = [tried[first.saturating_sub(1)].0, tried[(last + 1).min(end)].0].map(f64::exp);
     let of = |of: Quantity| {
         let all = tried[first..=last].iter().filter_map(|(_, found)| Some(found.of(of)?.interval));
-        all.fold([f64::MAX, f64::MIN], |[a, b], [c, d]| [a.min(c), b.max(d)])
+        (of, all.fold([f64::MAX, f64::MIN], |[a, b], [c, d]| [a.min(c), b.max(d)]))
     };
-    let wider = [Quantity::Modulus, Quantity::Relaxed, Quantity::Exponent].map(|quantity| (quantity, of(quantity)));
-    let mut found = tried.swap_remove(best).1;
+    let others = [Quantity::Modulus, Quantity::Relaxed, Quantity::Exponent].map(of);
+    let mut found = identify_with(&Plan { block_m: tried[best].1.block_m, ..*plan }, records, &others)?;
     found.thickness_m = thickness_m;
-    for (quantity, interval) in wider {
-        found.estimates.iter_mut().filter(|e| e.of == quantity).for_each(|e| e.interval = interval);
-    }
     let [low_mm, high_mm] = thickness_m.map(|m| m * 1e3);
-    found
-        .unsaid
-        .insert(0, format!("the thickness is fitted, between {low_mm:.2} and {high_mm:.2} mm; state it with --thickness"));
+    let how = if is_whole { "is anywhere in its range" } else { "is fitted" };
+    found.unsaid.insert(0, format!("the thickness {how}, between {low_mm:.2} and {high_mm:.2} mm; state it with --thickness"));
     Ok(found)
 }
 
