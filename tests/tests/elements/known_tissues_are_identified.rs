@@ -185,19 +185,24 @@ fn a_range_of_thicknesses_says_no_more_than_it_may() {
     assert!(!b.told() && said.contains(&format!("the exponent b lies between {:.2} and", b.interval[0])), "{b:?}: {said}");
 }
 
-/// A thin slab under a deep press without much noise shows its thickness.
+/// A thin slab under a deep press without much noise shows its thickness. One 90 % interval in ten
+/// misses it, so that two of three have to contain it.
 #[test]
-#[ignore = "a minute of finite elements: ten thicknesses"]
+#[ignore = "two minutes of finite elements: some ten thicknesses of four presses"]
 fn a_thickness_is_found() {
     let thin = Setup { ball_m: 6e-3, block_m: [0.05, 0.05, 6e-3], poisson_ratio: 0.45 };
-    for (noise, range_m) in [(0.001, [4.5e-3, 9e-3]), (0.01, [5e-3, 7e-3])] {
-        let found = within(&Indentation { setup: thin, depth_m: 2.8e-3, noise, ..Indentation::phantom() }, range_m).unwrap();
+    let inside = |noise: f64, range_m: [f64; 2], seed: u64| {
+        let made = Indentation { setup: thin, depth_m: 2.8e-3, noise, seed, ..Indentation::phantom() };
+        let found = within(&made, range_m).unwrap();
         let [low_m, high_m] = found.thickness_m;
         let modulus = found.of(Quantity::Modulus).unwrap();
-        println!("{} in {:?}, {modulus:?}", found.block_m[2], found.thickness_m);
-        assert!(low_m <= 6e-3 && 6e-3 <= high_m && high_m < 1.5 * low_m, "{:?}", found.thickness_m);
-        assert!(modulus.interval[0] <= 12e3 && 12e3 <= modulus.interval[1], "{modulus:?}");
-    }
+        println!("noise {noise}: {} in {:?}, {modulus:?}", found.block_m[2], found.thickness_m);
+        assert!(high_m < 1.5 * low_m, "{:?}", found.thickness_m);
+        low_m <= 6e-3 && 6e-3 <= high_m && modulus.interval[0] <= 12e3 && 12e3 <= modulus.interval[1]
+    };
+    let quiet: Vec<bool> = (52..55).map(|seed| inside(0.001, [4.5e-3, 9e-3], seed)).collect();
+    assert!(quiet.iter().filter(|inside| **inside).count() >= 2, "{quiet:?}");
+    assert!(inside(0.01, [5e-3, 7e-3], 52), "the thickness is known before");
 }
 
 #[test]
