@@ -109,13 +109,13 @@ impl IdentifyArgs {
         [x, y, most_m]
     }
 
-    /// Options of `fit` for the least model that feels like the tissue on a board: a law, or with
-    /// friction a piece, which ends above the support.
-    fn fit_options(&self, found: &Identified) -> Vec<String> {
+    /// Options of `fit` for a model that feels like the tissue on a board: a law, which leaves
+    /// friction out, or a piece, which ends above the support.
+    fn fit_options(&self, found: &Identified, law: bool) -> Vec<String> {
         let mut options = vec!["--board".to_owned(), patch::BOARD.to_owned()];
         options.extend(["--tolerance-pct".to_owned(), format!("{TOLERANCE_PCT}")]);
         let most_m = MOST_PIECE * found.block_m[2];
-        if self.takes_a_law(found) {
+        if law {
             options.push("--law".into());
             if found.friction().is_some() {
                 options.extend(["--set", NO_FRICTION].map(String::from));
@@ -162,19 +162,23 @@ impl IdentifyArgs {
         let verdict = Verdict::ok(headline.clone()).warning_if(doubtful).first();
         report::print(self, &found, &records, &notes);
         println!("\nwrote {}: summary.json, identified.toml, fit.csv, identified.svg and .png", out.display());
-        let options = self.fit_options(&found);
+        let law = self.takes_a_law(&found);
+        let options = self.fit_options(&found, law);
         if options.iter().any(|option| option == NO_FRICTION) {
             println!("note: a slab this thin has no room for a patch, and a law leaves the friction out");
         }
         if !self.fit {
-            println!(
-                "next: palpate fit --scene {} {}",
-                out.join(scene::name(&found, self.takes_a_law(&found))).display(),
-                options.join(" ")
-            );
+            let line = |law: bool| {
+                let scene = out.join(scene::name(&found, law));
+                format!("palpate fit --scene {} {}", scene.display(), self.fit_options(&found, law).join(" "))
+            };
+            println!("next: {}", line(law));
+            if !law {
+                println!("or, where a patch's elements are too wide for this tip, without friction: {}", line(true));
+            }
             return verdict.last();
         }
-        let scene = out.join(scene::name(&found, self.takes_a_law(&found)));
+        let scene = out.join(scene::name(&found, law));
         let name = patch::name(&options);
         let (beside, unpromised) = patch::fit_and_judge(&scene, &options, &out.join("board"), &found, &records)?;
         stop::says_what_stays(&folder);
